@@ -3,10 +3,10 @@
 #include "Text/SegmentFinder.h"
 #include "Widgets/Request.h"
 #include "Widgets/SegmentWorker.h"
+#include "Widgets/Selector.h"
 #include "Widgets/UncertaintyVolume.h"
 
 #include <QObject>
-#include <QWidget>
 
 #include <vtkAbstractTransform.h>
 #include <vtkSmartPointer.h>
@@ -21,18 +21,6 @@ Q_DECLARE_METATYPE(innergs::Progress)
 namespace innergs::ui {
 
 class MotionHost;
-
-/// A combo box of the host's volumes, masks, regions or models. An empty ID stands for "none" or "new". Its
-/// focus proxy is the widget in it that takes the keyboard.
-class Selector : public QWidget {
-  Q_OBJECT
-public:
-  using QWidget::QWidget;
-  virtual QString currentId() const = 0;
-  virtual void setCurrentId(const QString& id) = 0;
-Q_SIGNALS:
-  void currentIdChanged(const QString& id);
-};
 
 /// What the panels need from the program that shows them: 3D Slicer's module or the desktop app. Called on
 /// the main thread only, where all signals come as well. Nothing throws; a failure is one sentence that says

@@ -31,7 +31,6 @@ namespace innergs::ui {
 
 namespace {
 
-constexpr double budget = 16;       // ms per plane while it moves
 constexpr double mostShown = 1.5e6; // pixels; more than a screen shows
 constexpr int settleAfter = 150;    // ms without movement
 
@@ -180,7 +179,7 @@ void QueryPanel::updateModel() {
   view_->setMessage(model ? QString() : tr("Choose a model above, or reconstruct or load one first."));
   if (otherModel) {
     worker_->clear();
-    msPerPixel_ = 0;
+    budget_.restart();
     clearReadout();
     Q_EMIT pictureChanged({});
     if (!model) {
@@ -344,10 +343,10 @@ void QueryPanel::query(bool moving) {
   const PlaneTask full = taskFor(pixelSize_->value());
   const double pixels = static_cast<double>(full.columns) * full.rows;
   double coarser = std::max(1., std::sqrt(pixels / mostShown));
-  const double needed = msPerPixel_ * pixels / budget;
+  const double inTime = budget_.pixelSize(pixels);
   const bool wasFull = !coarse_;
-  coarse_ = moving && needed > coarser * coarser;
-  if (coarse_) coarser = std::clamp(std::ceil(std::sqrt(needed)), coarser, 6 * coarser);
+  coarse_ = moving && inTime > coarser;
+  if (coarse_) coarser = std::clamp(std::ceil(inTime), coarser, 6 * coarser);
   worker_->show(coarser > 1 ? taskFor(coarser * pixelSize_->value()) : full, coarse_ && wasFull);
   if (coarse_)
     settle_.start();
@@ -363,7 +362,7 @@ void QueryPanel::showImage(const PlaneImage& image) {
   if (image.task.model != model_) return;
   if (image.task.uncertainty != (showsUncertainty() ? uncertainty_ : nullptr)) return; // others follow
   if (image.error.isEmpty()) {
-    msPerPixel_ = image.milliseconds / (static_cast<double>(image.task.columns) * image.task.rows);
+    budget_.took(image.milliseconds, static_cast<double>(image.task.columns) * image.task.rows);
     view_->setImage(image);
   } else {
     view_->clearImage();

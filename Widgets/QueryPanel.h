@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Render/PlaneBudget.h"
 #include "Widgets/Host.h"
 #include "Widgets/PlaneWorker.h"
 
@@ -87,9 +88,9 @@ private:
   bool placed_ = false; // by setPlane() or for a model
   bool linked_ = false; // another view shares the plane
   bool dragging_ = false;
-  bool coarse_ = false;   // the last request is coarser than it should stay
-  bool waiting_ = false;  // until the panel is visible
-  double msPerPixel_ = 0; // of the last query
+  bool coarse_ = false;    // the last request is coarser than it should stay
+  bool waiting_ = false;   // until the panel is visible
+  PlaneBudget budget_{16}; // ms, while the plane moves
   QTimer settle_{this};
 
   Selector* selector_ = nullptr;

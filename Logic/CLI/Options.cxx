@@ -220,14 +220,6 @@ GridGeometry GridOptions::choose(const GridGeometry& domain, const GridGeometry&
   } else if (!spacing.empty()) {
     const Vec3 size = spacing.size() == 1 ? Vec3{spacing[0], spacing[0], spacing[0]}
                                           : Vec3{spacing[0], spacing[1], spacing[2]};
-    for (const double mm : size)
-      if (!(mm > 0)) throw Error(ErrorCode::InvalidArgument, "The output spacing must be above 0 mm.");
-    for (int a = 0; a < 3; ++a)
-      if (domain.extent()[a] / size[a] > 1e5)
-        throw Error(ErrorCode::InvalidArgument,
-                    fmt::format("The output spacing of {} mm is far too fine for a box of {:.0f} mm: "
-                                "choose a larger --spacing.",
-                                size[a], domain.extent()[a]));
     grid = withSpacing(domain, size);
   }
   if (!roi.empty()) {

@@ -1,6 +1,6 @@
 #pragma once
 #include "Core/Features/FeatureDevice.h"
-#include "Cuda/Executor.h"
+#include "Cuda/Buffer.h"
 
 namespace innergs::cuda {
 

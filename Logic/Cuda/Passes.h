@@ -2,7 +2,7 @@
 #include "Core/Acquisition/Lattice.h"
 #include "Core/Fit/Loss.h"
 #include "Core/Model/GaussianField.h"
-#include "Cuda/Executor.h"
+#include "Cuda/Buffer.h"
 
 namespace innergs::cuda {
 

@@ -1,7 +1,7 @@
 #pragma once
 #include "Core/Fit/Densify.h"
 #include "Core/Fit/Relocate.h"
-#include "Cuda/Executor.h"
+#include "Cuda/Buffer.h"
 
 namespace innergs::cuda {
 

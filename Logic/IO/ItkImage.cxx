@@ -1,8 +1,6 @@
 #include "IO/ItkImage.h"
 
 #include <cstring>
-#include <locale>
-#include <mutex>
 #include <vector>
 
 namespace innergs {
@@ -44,24 +42,7 @@ void convert(const std::byte* source, std::size_t first, std::size_t stride, std
   }
 }
 
-std::mutex streamsMutex;
-int classicStreams = 0; // number of live instances
-std::locale hostsLocale;
-
 } // namespace
-
-ClassicStreams::ClassicStreams() {
-  const std::lock_guard lock(streamsMutex);
-  if (classicStreams++ > 0) return;
-  hostsLocale = std::locale();
-  if (hostsLocale != std::locale::classic()) // unnamed, so that the C library's locale is kept
-    std::locale::global(std::locale(std::locale::classic(), new std::numpunct<char>));
-}
-
-ClassicStreams::~ClassicStreams() {
-  const std::lock_guard lock(streamsMutex);
-  if (--classicStreams == 0 && hostsLocale != std::locale::classic()) std::locale::global(hostsLocale);
-}
 
 ItkHeader describe(const itk::ImageIOBase& io, const std::string& what, bool sequence) {
   checkPixels(io, what, sequence);

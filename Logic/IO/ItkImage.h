@@ -2,8 +2,9 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Image/GridGeometry.h"
-#include "IO/LibraryMessages.h"
+#include "IO/ClassicStreams.h"
 #include "IO/MemoryCheck.h"
+#include "IO/QuietItk.h"
 
 #include <itkImageIOBase.h>
 
@@ -13,31 +14,6 @@
 #include <string>
 
 namespace innergs {
-
-/// While it lives, silences ITK's warnings on standard error; errors become an Error.
-class QuietItk {
-public:
-  QuietItk() : before_(itk::Object::GetGlobalWarningDisplay()) {
-    itk::Object::SetGlobalWarningDisplay(false);
-  }
-  ~QuietItk() { itk::Object::SetGlobalWarningDisplay(before_); }
-  QuietItk(const QuietItk&) = delete;
-  QuietItk& operator=(const QuietItk&) = delete;
-
-private:
-  bool before_;
-  MuteStandardError mute_; // niftilib, MetaIO and HDF5 cannot be silenced otherwise
-};
-
-/// While one lives, in any thread, new C++ streams write a decimal point; MetaIO's streams follow the
-/// program's global locale.
-class ClassicStreams {
-public:
-  ClassicStreams();
-  ~ClassicStreams();
-  ClassicStreams(const ClassicStreams&) = delete;
-  ClassicStreams& operator=(const ClassicStreams&) = delete;
-};
 
 /// Calls `work`; converts any exception of ITK or of a library below it to Error(code, sentence).
 template <typename Work>

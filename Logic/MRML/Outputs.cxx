@@ -53,7 +53,7 @@ std::string decibels(double psnr) {
   return std::isnan(psnr) ? "" : formatted("%.3f", psnr);
 }
 
-void setProvenance(vtkMRMLNode* node, const Task& task) {
+void setJobProvenance(vtkMRMLNode* node, const Task& task) {
   MRMLNodeModifyBlocker blocker(node);
   node->SetAttribute("InnerGS.Version", INNERGS_VERSION);
   node->SetAttribute("InnerGS.Inputs", joined(task.inputNames).c_str());
@@ -194,13 +194,13 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
   take(made.model, task.model.Get(), !task.newModel, "vtkMRMLInnerGSModelNode", " InnerGS model");
   if (there(made.model) && made.model->GetParentTransformNode())
     step([&] { made.model->SetAndObserveTransformNodeID(nullptr); });
-  if (there(made.model)) step([&] { setProvenance(made.model, task); });
+  if (there(made.model)) step([&] { setJobProvenance(made.model, task); });
   if (there(made.model)) step([&] { made.model->SetModel(content); });
   if (there(made.model)) step([&] { placeBeside(made.model, input()); });
   if (task.discard) return made;
 
   take(made.volume, task.volume.Get(), !task.newVolume, "vtkMRMLScalarVolumeNode", " InnerGS");
-  if (there(made.volume)) step([&] { setProvenance(made.volume, task); });
+  if (there(made.volume)) step([&] { setJobProvenance(made.volume, task); });
   if (there(made.volume))
     step([&] { setVolume(made.volume, image, task.filter->GetOutputIJKToRASMatrix(), input()); });
   if (there(made.volume) && there(made.model))
@@ -209,7 +209,7 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
   if (deviation->GetNumberOfPoints() > 0 && !task.discard)
     take(made.uncertainty, task.uncertainty.Get(), !task.newUncertainty, "vtkMRMLScalarVolumeNode",
          " InnerGS standard deviation");
-  if (there(made.uncertainty)) step([&] { setProvenance(made.uncertainty, task); });
+  if (there(made.uncertainty)) step([&] { setJobProvenance(made.uncertainty, task); });
   if (there(made.uncertainty))
     step([&] {
       made.uncertainty->SetAttribute("InnerGS.Uncertainty", task.filter->GetUncertaintyNote().c_str());
@@ -228,7 +228,7 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
     });
   if (quality && !task.discard)
     take(made.table, task.table.Get(), !task.newTable, "vtkMRMLTableNode", " InnerGS quality");
-  if (there(made.table)) step([&] { setProvenance(made.table, task); });
+  if (there(made.table)) step([&] { setJobProvenance(made.table, task); });
   if (there(made.table)) step([&] { setQuality(made.table, quality, *task.report); });
   if (there(made.table) && there(made.model))
     step([&] { made.table->SetNodeReferenceID("InnerGSModel", made.model->GetID()); });
@@ -241,7 +241,7 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
     vtkMRMLTableNode* none = nullptr;
     take(made.slices, none, false, "vtkMRMLTableNode", " InnerGS slices");
   }
-  if (there(made.slices)) step([&] { setProvenance(made.slices, task); });
+  if (there(made.slices)) step([&] { setJobProvenance(made.slices, task); });
   if (there(made.slices)) step([&] { made.slices->SetAndObserveTable(slices); });
   if (there(made.slices) && there(made.model))
     step([&] { made.slices->SetNodeReferenceID("InnerGSModel", made.model->GetID()); });

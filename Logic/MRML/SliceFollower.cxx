@@ -18,13 +18,9 @@
 #include <vtkMatrix4x4.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace innergs::mrml {
-
-constexpr double kBudget = 40;    // ms for a plane while its view moves
-constexpr double kFewest = 65536; // pixels; below, their number hardly matters
 
 SliceFollower::SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice, int maximumPixels,
                              ErrorHandler onError, FineHandler fine)
@@ -82,20 +78,19 @@ bool SliceFollower::query() {
   if (size[0] < 1 || size[1] < 1) return false;
   // Fewer pixels than a large view has: each covers `step` of them.
   const double fine = std::max(1.0, double(std::max(size[0], size[1])) / maximumPixels_);
-  double step = fine;
   if (!placed_) toModel_ = transformFromWorld(model_);
   placed_ = true;
   const bool bent = toModel_ && !vtkLinearTransform::SafeDownCast(toModel_);
-  double& cost = bent ? msPerBentPixel_ : msPerPixel_;
-  const double pixels = cost > 0 ? std::max(kBudget / cost, bent ? 1 : kFewest) : 1e12;
-  step = std::max(step, std::sqrt(double(size[0]) * size[1] / pixels));
+  PlaneBudget& budget = bent ? bentBudget_ : budget_;
+  const double step = std::max(fine, budget.pixelSize(double(size[0]) * size[1]));
   query_->SetModel(modelOf(model_));
   query_->SetTransformToModel(toModel_);
   query_->SetPlaneToRASMatrix(slice_->GetXYToRAS());
   query_->SetDimensions(std::max(1, int(size[0] / step)), std::max(1, int(size[1] / step)));
   query_->SetSpacing(step, step);
   run(query_);
-  cost = query_->GetQueryMilliseconds() / (double(query_->GetDimensions()[0]) * query_->GetDimensions()[1]);
+  budget.took(query_->GetQueryMilliseconds(),
+              double(query_->GetDimensions()[0]) * query_->GetDimensions()[1]);
   toWorld_->DeepCopy(query_->GetOutputIJKToRASMatrix());
   image_ = vtkSmartPointer<vtkImageData>::New();
   image_->DeepCopy(query_->GetOutput()); // the query overwrites its own image

@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Base/Failure.h"
+#include "Core/Render/PlaneBudget.h"
 #include "FinePlanes.h"
 
 #include <vtkNew.h>
@@ -57,11 +58,11 @@ private:
   ErrorHandler onError_;
   std::string lastError_; // reported once, not with every drag
   bool updating_ = false;
-  bool remade_ = false;                           // the output's attributes describe a previous model
-  bool found_ = false;                            // image_ and toWorld_ match the view
-  bool placed_ = false;                           // toModel_ matches the model's transform
-  double msPerPixel_ = 0, msPerBentPixel_ = 1e-3; // of similar planes; 0: not measured yet
-  int revision_ = 0;                              // of the plane
+  bool remade_ = false; // the output's attributes describe a previous model
+  bool found_ = false;  // image_ and toWorld_ match the view
+  bool placed_ = false; // toModel_ matches the model's transform
+  PlaneBudget budget_{40, 65536}, bentBudget_{40, 1, 1e-3}; // while the view moves
+  int revision_ = 0;                                        // of the plane
   FineHandler fine_;
   std::optional<PlaneRequest> wanted_; // the full-resolution request, if the shown plane is coarse
   vtkSmartPointer<vtkAbstractTransform> toModel_;

@@ -18,8 +18,7 @@ set(INNERGS_LOGIC_PRIVATE_SOURCES
   JobDelivery.cxx
   JobQueue.cxx
   JobSetup.cxx
-  LogicDynamic.cxx
-  LogicModels.cxx
+  LogicInternals.cxx
   ModelNodes.cxx
   NodeGeometry.cxx
   NodeTransform.cxx
@@ -27,7 +26,6 @@ set(INNERGS_LOGIC_PRIVATE_SOURCES
   Outputs.cxx
   QualityTable.cxx
   Queries.cxx
-  LogicSegments.cxx
   SceneChoices.cxx
   SegmentLearning.cxx
   SegmentQueries.cxx

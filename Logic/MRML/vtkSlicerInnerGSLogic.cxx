@@ -2,26 +2,55 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
+#include "Core/Motion/DynamicField.h"
+#include "DynamicWork.h"
+#include "Geometry.h"
 #include "IO/FilePath.h"
 #include "LogicInternals.h"
+#include "ModelNodes.h"
+#include "NodeGeometry.h"
 #include "Outputs.h"
+#include "Queries.h"
 #include "SceneChoices.h"
-#include "SliceThickness.h"
+#include "SegmentLearning.h"
+#include "SequenceNodes.h"
+#include "SliceTransforms.h"
+#include "vtkInnerGSDynamicModel.h"
+#include "vtkInnerGSSegment.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSModelStorageNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
+#include "vtkSlicerInnerGSDynamicRequest.h"
 #include "vtkSlicerInnerGSJob.h"
 
+#include <vtkMRMLLinearTransformNode.h>
+#include <vtkMRMLModelNode.h>
+#include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
+#include <vtkMRMLSegmentationNode.h>
 #include <vtkMRMLSequenceBrowserNode.h>
 #include <vtkMRMLSequenceNode.h>
+#include <vtkMRMLSliceNode.h>
+#include <vtkMRMLTransformNode.h>
 
+#include <vtkCollection.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkImageData.h>
 #include <vtkIntArray.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
 #include <vtkObjectFactory.h>
+#include <vtkPoints.h>
+#include <vtkStringArray.h>
+#include <vtkTable.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <exception>
 #include <filesystem>
+#include <limits>
 
 vtkStandardNewMacro(vtkSlicerInnerGSLogic);
 
@@ -29,53 +58,55 @@ using innergs::Error;
 using innergs::ErrorCode;
 namespace mrml = innergs::mrml;
 
-bool vtkSlicerInnerGSLogic::Internals::guard(const std::function<void()>& task) {
-  const vtkSmartPointer<vtkObject> alive = logic; // an observer of what the task makes may let go of it
-  lastError = {};
+namespace {
+
+/// A plain pointer that is safe to hold: null if an observer removed the node from the scene and nothing else
+/// holds it.
+template <class Node>
+Node* kept(const vtkSmartPointer<Node>& made, Node* given) {
+  return made && ((made == given && made->GetReferenceCount() > 1) || made->GetScene()) ? made.Get()
+                                                                                        : nullptr;
+}
+
+/// For other threads, which must not copy VTK's weak pointers.
+template <class Object>
+std::shared_ptr<vtkWeakPointer<Object>> weakly(Object* object) {
+  return std::make_shared<vtkWeakPointer<Object>>(object);
+}
+
+/// For a thread other than the one that reports the exception.
+std::exception_ptr thrownBy(const std::function<void()>& task) {
   try {
-    if (std::this_thread::get_id() != mainThread)
-      throw Error(
-          ErrorCode::InvalidArgument,
-          "The InnerGS logic was called from a thread other than the one that made it: call it from the "
-          "main thread.");
     task();
-    return true;
+    return nullptr;
   } catch (...) {
-    fail(innergs::failureOf());
-  }
-  return false;
-}
-
-void vtkSlicerInnerGSLogic::Internals::fail(const innergs::Failure& failure) {
-  const vtkSmartPointer<vtkObject> alive = logic; // an observer may let go of it
-  lastError = failure;
-  vtkErrorWithObjectMacro(logic, << failure.sentence);
-}
-
-void vtkSlicerInnerGSLogic::Internals::showFine(const std::shared_ptr<mrml::SliceFollower>& follower,
-                                                const mrml::FinePlanes::Plane& plane) {
-  const bool followed = std::find(followers.begin(), followers.end(), follower) != followers.end();
-  if (!followed) return;
-  try {
-    follower->show(plane);
-  } catch (...) {
-    fail(innergs::failureOf());
+    return std::current_exception();
   }
 }
 
-innergs::JobOutline vtkSlicerInnerGSLogic::Internals::outlineOf(vtkMRMLInnerGSParameterNode* parameters) {
-  return mrml::outlineOf(parameters, logic->GetMRMLScene(), thicknessOf(), outlineMasks);
+/// Of a node's moving model. Throws Error.
+std::shared_ptr<const innergs::DynamicField> movingField(vtkMRMLInnerGSModelNode* model) {
+  mrml::modelOf(model);
+  if (!model->IsDynamic())
+    throw Error(ErrorCode::InvalidArgument,
+                "The model " + mrml::quoted(model) + " is not of a moving scan: choose one that is.");
+  return model->GetDynamicModel()->GetField();
 }
 
-mrml::ThicknessOf vtkSlicerInnerGSLogic::Internals::thicknessOf() const {
-  return [this](vtkMRMLVolumeNode* volume) { return mrml::dicomSliceThickness(volume, dicom); };
+vtkMRMLSequenceNode* kept(const vtkSmartPointer<vtkMRMLSequenceNode>& made) {
+  return made && made->GetScene() ? made.Get() : nullptr;
 }
 
-std::shared_ptr<mrml::Task> vtkSlicerInnerGSLogic::Internals::taskOf(vtkSlicerInnerGSJob* job) const {
-  for (const auto& task : queue.tasks())
-    if (task->job == job) return task;
-  return nullptr;
+/// A new sequence follows the model's parent transform through its proxy node only: it is refused.
+void refuseParent(vtkMRMLInnerGSModelNode* model) {
+  if (model->GetParentTransformNode())
+    throw Error(ErrorCode::Geometry,
+                "The model " + mrml::quoted(model) +
+                    " is under a transform, under which a sequence cannot be put: remove "
+                    "the transform first.");
 }
+
+} // namespace
 
 //------------------------------------------------------------------------------
 
@@ -289,9 +320,398 @@ std::string vtkSlicerInnerGSLogic::GetRecoveryFolder() {
 }
 
 double vtkSlicerInnerGSLogic::GetDicomSliceThickness(vtkMRMLVolumeNode* volume) {
-  return mrml::dicomSliceThickness(volume, this->Work->dicom);
+  return this->Work->thicknessOf()(volume);
 }
 
 void vtkSlicerInnerGSLogic::SetDicomLookup(DicomLookup lookup) {
   this->Work->dicom = std::move(lookup);
+}
+
+//------------------------------------------------------------------------------
+// Queries of models, and their files.
+
+bool vtkSlicerInnerGSLogic::CreateSliceTransforms(vtkMRMLTableNode* slices, vtkCollection* transforms) {
+  return this->Work->guard([&] {
+    for (const auto& made : mrml::makeSliceTransforms(slices))
+      if (transforms) transforms->AddItem(made);
+  });
+}
+
+double vtkSlicerInnerGSLogic::GetValueAtRAS(vtkMRMLInnerGSModelNode* model, double r, double a, double s) {
+  vtkNew<vtkPoints> point;
+  point->SetDataTypeToDouble();
+  point->InsertNextPoint(r, a, s);
+  vtkNew<vtkFloatArray> value;
+  return this->GetValuesAtRAS(model, point, value) ? static_cast<double>(value->GetValue(0))
+                                                   : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool vtkSlicerInnerGSLogic::GetValuesAtRAS(vtkMRMLInnerGSModelNode* model, vtkPoints* points,
+                                           vtkFloatArray* values) {
+  const bool done = this->Work->guard([&] { mrml::evaluate(model, points, values); });
+  if (!done && values) values->Initialize();
+  return done;
+}
+
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::QueryPlane(vtkMRMLInnerGSModelNode* model,
+                                                           vtkMatrix4x4* planeToRAS, int columns, int rows,
+                                                           double spacing, vtkMRMLScalarVolumeNode* output) {
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
+  this->Work->guard([&] {
+    made = mrml::queryPlane(this->GetMRMLScene(), model, planeToRAS, columns, rows, spacing, output);
+    if (output) this->StopFollowing(output);
+  });
+  return kept(made, output);
+}
+
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::QueryUncertaintyPlane(vtkMRMLInnerGSModelNode* model,
+                                                                      vtkMatrix4x4* planeToRAS, int columns,
+                                                                      int rows, double spacing,
+                                                                      vtkMRMLScalarVolumeNode* output) {
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
+  this->Work->guard([&] {
+    made =
+        mrml::queryUncertaintyPlane(this->GetMRMLScene(), model, planeToRAS, columns, rows, spacing, output);
+    if (output) this->StopFollowing(output);
+  });
+  return kept(made, output);
+}
+
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::Resample(vtkMRMLInnerGSModelNode* model, double spacing,
+                                                         vtkMRMLScalarVolumeNode* output) {
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
+  this->Work->guard([&] {
+    made = mrml::resample(this->GetMRMLScene(), model, spacing, output);
+    if (output) this->StopFollowing(output);
+  });
+  return kept(made, output);
+}
+
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::ResampleLike(vtkMRMLInnerGSModelNode* model,
+                                                             vtkMRMLVolumeNode* reference,
+                                                             vtkMRMLScalarVolumeNode* output) {
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
+  this->Work->guard([&] {
+    made = mrml::resampleLike(this->GetMRMLScene(), model, reference, output);
+    if (output) this->StopFollowing(output);
+  });
+  return kept(made, output);
+}
+
+//------------------------------------------------------------------------------
+
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::FollowSlice(vtkMRMLInnerGSModelNode* model,
+                                                            vtkMRMLSliceNode* slice,
+                                                            vtkMRMLScalarVolumeNode* output) {
+  const vtkSmartPointer<vtkSlicerInnerGSLogic> alive =
+      this; // an observer may release it, or remove the nodes
+  const vtkSmartPointer<vtkMRMLInnerGSModelNode> keptModel = model;
+  const vtkSmartPointer<vtkMRMLSliceNode> keptSlice = slice;
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> shown;
+  const bool done = this->Work->guard([&] {
+    mrml::modelOf(model);
+    if (!slice) throw Error(ErrorCode::InvalidArgument, "There is no slice view to follow: choose one.");
+    const auto follower = std::make_shared<mrml::SliceFollower>(
+        model, slice, this->MaximumFollowPixels,
+        [this](const innergs::Failure& failure) { this->Work->fail(failure); },
+        [this](const std::shared_ptr<mrml::SliceFollower>& coarse, mrml::PlaneRequest request) {
+          this->Work->fine.request(coarse, std::move(request));
+        });
+    follower->query(); // throws before anything is changed
+    shown = mrml::volumeFor(this->GetMRMLScene(), output, model, " slice");
+    if (!kept(shown, output) || (this->GetMRMLScene() && !model->GetScene())) return;
+    this->StopFollowing(shown);
+    mrml::setProvenance(shown, model);
+    follower->setOutput(shown);
+    this->Work->followers.push_back(follower);
+    follower->show();
+  });
+  return done && this->IsFollowing(shown) ? shown.Get() : nullptr;
+}
+
+void vtkSlicerInnerGSLogic::StopFollowing(vtkMRMLScalarVolumeNode* output) {
+  std::erase_if(this->Work->followers,
+                [&](const auto& follower) { return !output || follower->output() == output; });
+}
+
+bool vtkSlicerInnerGSLogic::IsFollowing(vtkMRMLScalarVolumeNode* output) {
+  for (const auto& follower : this->Work->followers)
+    if (output && follower->output() == output) return true;
+  return false;
+}
+
+vtkMRMLModelNode* vtkSlicerInnerGSLogic::CreateGaussianModel(vtkMRMLInnerGSModelNode* model, int maximum,
+                                                             vtkMRMLModelNode* output) {
+  vtkSmartPointer<vtkMRMLModelNode> made;
+  this->Work->guard([&] { made = mrml::makeGaussianModel(this->GetMRMLScene(), model, maximum, output); });
+  return kept(made, output);
+}
+
+vtkMRMLInnerGSModelNode* vtkSlicerInnerGSLogic::LoadModel(const std::string& fileName) {
+  vtkMRMLInnerGSModelNode* result = nullptr;
+  this->Work->guard([&] {
+    mrml::ModelReading reading(fileName);
+    reading.read();
+    result = reading.addTo(this->GetMRMLScene());
+  });
+  return result;
+}
+
+bool vtkSlicerInnerGSLogic::SaveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName) {
+  return this->Work->guard([&] {
+    mrml::ModelWriting writing(model, fileName);
+    writing.write();
+    writing.note();
+  });
+}
+
+std::function<std::function<vtkMRMLInnerGSModelNode*()>()>
+vtkSlicerInnerGSLogic::LoadModelLater(const std::string& fileName) {
+  const auto reading = std::make_shared<mrml::ModelReading>(fileName);
+  const std::shared_ptr<vtkWeakPointer<vtkSlicerInnerGSLogic>> self = weakly(this);
+  return [self, reading] {
+    const std::exception_ptr problem = thrownBy([&] { reading->read(); });
+    return [self, reading, problem]() -> vtkMRMLInnerGSModelNode* {
+      vtkMRMLInnerGSModelNode* result = nullptr;
+      if (!*self) return nullptr;
+      (*self)->Work->guard([&] {
+        if (problem) std::rethrow_exception(problem);
+        result = reading->addTo((*self)->GetMRMLScene());
+      });
+      return result;
+    };
+  };
+}
+
+std::function<std::function<bool()>()> vtkSlicerInnerGSLogic::SaveModelLater(vtkMRMLInnerGSModelNode* model,
+                                                                             const std::string& fileName) {
+  std::shared_ptr<mrml::ModelWriting> writing;
+  const std::exception_ptr refused =
+      thrownBy([&] { writing = std::make_shared<mrml::ModelWriting>(model, fileName); });
+  const std::shared_ptr<vtkWeakPointer<vtkSlicerInnerGSLogic>> self = weakly(this);
+  return [self, writing, refused] {
+    const std::exception_ptr problem = refused ? refused : thrownBy([&] { writing->write(); });
+    return [self, writing, problem] {
+      return *self && (*self)->Work->guard([&] {
+        if (problem) std::rethrow_exception(problem);
+        writing->note();
+      });
+    };
+  };
+}
+
+//------------------------------------------------------------------------------
+// Segments found by text.
+
+static_assert(static_cast<int>(innergs::AnswerKind::Found) == vtkInnerGSSegment::Found &&
+              static_cast<int>(innergs::AnswerKind::Similar) == vtkInnerGSSegment::Similar);
+
+vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels,
+                                                          bool sparse) {
+  return this->Work->startLearning(
+      [&] { return mrml::prepareLearning(model, labels, sparse, this->GetMRMLScene()); });
+}
+
+vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartLearningFromFeatures(vtkMRMLInnerGSModelNode* model,
+                                                                      vtkMRMLVolumeNode* features,
+                                                                      const std::string& textsFile) {
+  return this->Work->startLearning(
+      [&] { return mrml::prepareFeatureLearning(model, features, textsFile, this->GetMRMLScene()); });
+}
+
+vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartLearningFromNetwork(vtkMRMLInnerGSModelNode* model,
+                                                                     const std::string& networkFile,
+                                                                     vtkStringArray* names,
+                                                                     const std::string& textsFile, double low,
+                                                                     double high, double spacing) {
+  return this->Work->startLearning([&] {
+    mrml::NetworkTeacher network{networkFile, {}, textsFile, {low, high}, spacing};
+    for (vtkIdType n = 0; names && n < names->GetNumberOfValues(); ++n)
+      network.names.push_back(names->GetValue(n));
+    return mrml::prepareNetworkLearning(model, network, this->GetMRMLScene());
+  });
+}
+
+bool vtkSlicerInnerGSLogic::LearnSegments(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse) {
+  const vtkSmartPointer<vtkSlicerInnerGSJob> job = this->StartLearning(model, labels, sparse);
+  if (!job) return false;
+  this->WaitForJob(job);
+  return job->State == vtkSlicerInnerGSJob::Finished;
+}
+
+std::function<innergs::NamedLabels(const std::stop_token&)>
+vtkSlicerInnerGSLogic::LabelsLater(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels) {
+  std::function<innergs::NamedLabels(const std::stop_token&)> later;
+  this->Work->guard([&] { later = mrml::labelsLater(model, labels, this->GetMRMLScene()); });
+  return later;
+}
+
+int vtkSlicerInnerGSLogic::FindByText(vtkMRMLInnerGSModelNode* model, const std::string& text,
+                                      vtkTable* candidates) {
+  int kind = -1;
+  if (candidates) candidates->Initialize();
+  this->Work->guard([&] {
+    const innergs::SegmentAnswer answer = this->Work->segments.ask(model, text, 0);
+    const innergs::SegmentFinder& finder = this->Work->segments.finder(model);
+    kind = static_cast<int>(answer.kind);
+    if (!candidates) return;
+    vtkNew<vtkStringArray> names;
+    vtkNew<vtkDoubleArray> scores;
+    vtkNew<vtkIntArray> leading;
+    names->SetName("Name");
+    scores->SetName("Score");
+    leading->SetName("Leading");
+    for (std::size_t n = 0; n < answer.candidates.size(); ++n) {
+      names->InsertNextValue(finder.nameOf(answer.candidates[n]));
+      scores->InsertNextValue(answer.candidates[n].score);
+      leading->InsertNextValue(n < answer.leading);
+    }
+    for (vtkAbstractArray* column :
+         {static_cast<vtkAbstractArray*>(names), static_cast<vtkAbstractArray*>(scores),
+          static_cast<vtkAbstractArray*>(leading)})
+      candidates->AddColumn(column);
+  });
+  return kind;
+}
+
+std::string vtkSlicerInnerGSLogic::GetLastAnswer() {
+  return this->Work->segments.answer;
+}
+
+vtkMRMLSegmentationNode*
+vtkSlicerInnerGSLogic::SegmentByText(vtkMRMLInnerGSModelNode* model, const std::string& text,
+                                     vtkMRMLSegmentationNode* output, double threshold, bool largestOnly,
+                                     double minimumSize, double smoothing, double spacing) {
+  vtkSmartPointer<vtkMRMLSegmentationNode> made;
+  this->Work->guard([&] {
+    made = mrml::addSegments(
+        this->GetMRMLScene(), model,
+        this->Work->segments.made(model, text, spacing, {threshold, smoothing, largestOnly, minimumSize}),
+        output);
+  });
+  return made && made->GetScene() ? made.Get() : nullptr;
+}
+
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::ScoreByText(vtkMRMLInnerGSModelNode* model,
+                                                            const std::string& text,
+                                                            vtkMRMLScalarVolumeNode* output, double spacing) {
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
+  this->Work->guard([&] {
+    made =
+        mrml::addScore(this->GetMRMLScene(), model, this->Work->segments.made(model, text, spacing), output);
+  });
+  return made && made->GetScene() ? made.Get() : nullptr;
+}
+
+vtkMRMLSegmentationNode* vtkSlicerInnerGSLogic::AddSegments(vtkMRMLInnerGSModelNode* model,
+                                                            const innergs::MadeSegments& segments,
+                                                            vtkMRMLSegmentationNode* output) {
+  vtkSmartPointer<vtkMRMLSegmentationNode> made;
+  this->Work->guard([&] {
+    mrml::modelOf(model);
+    made = mrml::addSegments(this->GetMRMLScene(), model, segments, output);
+  });
+  return made && made->GetScene() ? made.Get() : nullptr;
+}
+
+//------------------------------------------------------------------------------
+// Moving scans.
+
+vtkSlicerInnerGSJob*
+vtkSlicerInnerGSLogic::StartDynamicReconstruction(vtkSlicerInnerGSDynamicRequest* request) {
+  Internals& work = *this->Work;
+  const bool started = work.guard([&] {
+    if (!this->GetMRMLScene())
+      throw Error(ErrorCode::InvalidArgument, "The logic has no scene to put the result into: set one.");
+    auto task = std::make_shared<mrml::Task>();
+    task->dynamic = std::make_shared<mrml::DynamicWork>(request);
+    task->scene = this->GetMRMLScene();
+    task->recovered = task->dynamic->about();
+    task->recoveryFolder = innergs::pathOf(this->GetRecoveryFolder());
+    task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
+    const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
+    work.queue.submit(std::move(task));
+    work.lastJob = job;
+  });
+  return started ? work.lastJob.Get() : nullptr;
+}
+
+bool vtkSlicerInnerGSLogic::ReconstructDynamic(vtkSlicerInnerGSDynamicRequest* request) {
+  const vtkSmartPointer<vtkSlicerInnerGSJob> job = this->StartDynamicReconstruction(request);
+  if (!job) return false;
+  this->WaitForJob(job);
+  return job->GetState() == vtkSlicerInnerGSJob::Finished;
+}
+
+std::string vtkSlicerInnerGSLogic::CheckDynamicRequest(vtkSlicerInnerGSDynamicRequest* request) {
+  return innergs::sentenceOf([&] {
+    if (!request) throw Error(ErrorCode::InvalidArgument, "There is no request: give one.");
+    const innergs::TimeSeries series = mrml::seriesOf(request->GetSeries(), request->GetInterval(), false);
+    mrml::sliceTimingOf(request, series.geometry);
+    mrml::framesWanted(request->GetTimes(), request->GetRate(), series.times);
+  });
+}
+
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::PreviewFrame(vtkSlicerInnerGSJob* job, double seconds,
+                                                             vtkMRMLScalarVolumeNode* output) {
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made = output;
+  const bool done = this->Work->guard([&] {
+    if (!job || !job->GetPreviewModel())
+      throw Error(ErrorCode::InvalidArgument,
+                  "There is no preview of a moving scan: wait for a JobPreviewEvent of its job.");
+    if (!std::isfinite(seconds))
+      throw Error(ErrorCode::InvalidArgument, "The time to show must be finite: give it in seconds.");
+    if (!this->GetMRMLScene())
+      throw Error(ErrorCode::InvalidArgument, "The logic has no scene to put the result into: set one.");
+    const auto field = job->GetPreviewModel()->GetField();
+    const auto frame = mrml::renderFrames(*field, {seconds}).front();
+    if (!made)
+      made = vtkMRMLScalarVolumeNode::SafeDownCast(
+          mrml::addNode(this->GetMRMLScene(), "vtkMRMLScalarVolumeNode", "InnerGS preview"));
+    vtkNew<vtkMatrix4x4> ijkToRAS;
+    innergs::vtk::toMatrix(field->canonical.region(), ijkToRAS);
+    if (made) mrml::setVolume(made, frame, ijkToRAS);
+  });
+  return done && made && made->GetScene() ? made.Get() : nullptr;
+}
+
+vtkMRMLSequenceNode* vtkSlicerInnerGSLogic::CreateFrames(vtkMRMLInnerGSModelNode* model,
+                                                         vtkDoubleArray* times, vtkMRMLSequenceNode* output) {
+  vtkSmartPointer<vtkMRMLSequenceNode> made = output;
+  const bool done = this->Work->guard([&] {
+    const vtkSmartPointer<vtkMRMLInnerGSModelNode> alive = model;
+    const auto field = movingField(model);
+    refuseParent(model);
+    const std::vector<double> wanted = mrml::framesWanted(times, 0, field->times);
+    const auto frames = mrml::renderFrames(*field, wanted);
+    if (!made)
+      made = mrml::addSequence(this->GetMRMLScene(), std::string(model->GetName()) + " frames", model);
+    mrml::setProvenance(made, model);
+    mrml::fillFrames(made, *field, wanted, frames);
+    if (made->GetScene()) mrml::browse(made, nullptr);
+  });
+  return done ? kept(made) : nullptr;
+}
+
+vtkMRMLSequenceNode* vtkSlicerInnerGSLogic::CreateMotion(vtkMRMLInnerGSModelNode* model,
+                                                         vtkDoubleArray* times, double from,
+                                                         vtkMRMLSequenceNode* output) {
+  vtkSmartPointer<vtkMRMLSequenceNode> made = output;
+  const bool done = this->Work->guard([&] {
+    const vtkSmartPointer<vtkMRMLInnerGSModelNode> alive = model;
+    const auto field = movingField(model);
+    refuseParent(model);
+    if (field->kind == innergs::DynamicKind::Intensity)
+      throw Error(ErrorCode::InvalidArgument,
+                  "The Gaussians of " + mrml::quoted(model) +
+                      " stay in place and change their intensity, so there is no motion: reconstruct with "
+                      "Kind = Motion.");
+    const std::vector<double> wanted = mrml::framesWanted(times, 0, field->times);
+    if (!made)
+      made = mrml::addSequence(this->GetMRMLScene(), std::string(model->GetName()) + " motion", model);
+    mrml::setProvenance(made, model);
+    mrml::fillMotion(made, *field, wanted, from);
+    if (made->GetScene()) mrml::browse(made, nullptr);
+  });
+  return done ? kept(made) : nullptr;
 }

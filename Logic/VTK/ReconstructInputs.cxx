@@ -25,15 +25,6 @@ GridGeometry outputGrid(const std::vector<GridGeometry>& grids, const OutputChoi
   if (choice.reference && choice.reference->given()) {
     grid = choice.reference->grid();
   } else if (spacing != Vec3{0, 0, 0}) {
-    for (const double s : spacing)
-      if (!std::isfinite(s) || s <= 0)
-        throw Error(
-            ErrorCode::InvalidArgument,
-            "The output spacing must be above 0 mm along every axis, or 0 along all for the default.");
-    for (int a = 0; a < 3; ++a)
-      if (grids.front().extent()[a] / spacing[a] > 1e5)
-        throw Error(ErrorCode::InvalidArgument,
-                    "The output spacing is far too fine for the size of the image: choose a coarser one.");
     grid = withSpacing(acquisitionGrid(stacks), spacing);
   } else {
     grid = defaultOutputGrid(stacks);

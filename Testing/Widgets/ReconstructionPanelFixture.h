@@ -2,7 +2,7 @@
 #include "FakeHost.h"
 #include "Patience.h"
 #include "TestTools.h"
-#include "Widgets/InputsTable.h"
+#include "Widgets/InputRow.h"
 #include "Widgets/MessageLine.h"
 #include "Widgets/ReconstructionPanel.h"
 

@@ -18,7 +18,6 @@
 #include <QMetaObject>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace innergs::app {
@@ -54,24 +53,10 @@ GridGeometry outputGrid(const ReconstructionTask& task, std::span<const Stack> s
   case ui::OutputGrid::Input:
     return task.inputs.front().volume->geometry;
   case ui::OutputGrid::Reference:
-    if (!task.reference)
-      throw Error(
-          ErrorCode::InvalidArgument,
-          Runner::tr("There is no reference volume to take the output grid from: choose one.").toStdString());
     return task.reference->volume->geometry;
   case ui::OutputGrid::Spacing: {
     const double s = task.request.spacing;
-    if (!(s > 0) || !std::isfinite(s))
-      throw Error(ErrorCode::InvalidArgument,
-                  Runner::tr("The output spacing must be above 0 mm.").toStdString());
-    const GridGeometry& first = task.inputs.front().volume->geometry;
-    for (const double length : first.extent())
-      if (length / s > 1e5)
-        throw Error(
-            ErrorCode::InvalidArgument,
-            Runner::tr("The output spacing is far too fine for the size of the image: choose a coarser one.")
-                .toStdString());
-    return withSpacing(first, {s, s, s});
+    return withSpacing(acquisitionGrid(stacks), {s, s, s});
   }
   default:
     return defaultOutputGrid(stacks);
@@ -111,9 +96,6 @@ RecoveredFit recoveredFrom(const ReconstructionTask& task, const Model& model, i
 } // namespace
 
 ReconstructionInput makeInput(const ReconstructionTask& task, bool voxels) {
-  if (task.inputs.empty())
-    throw Error(ErrorCode::InvalidArgument,
-                Runner::tr("There is no input volume: choose at least one.").toStdString());
   ReconstructionInput input;
   for (std::size_t n = 0; n < task.inputs.size(); ++n)
     input.stacks.push_back(stackOf(task.inputs[n], task.request.inputs[static_cast<int>(n)], voxels));

@@ -16,11 +16,11 @@ namespace innergs::app {
 /// What a reconstruction works on, independent of the document: the request, and volumes that never change.
 struct ReconstructionTask {
   ui::Request request;
-  std::vector<VolumeItem> inputs; // in the request's order
-  std::vector<VolumeItem> masks;  // none, one for all inputs, or one for each
-  std::optional<VolumeItem> reference;
-  QString recoveryFolder;             // where stopAndKeep() writes
-  std::array<double, 2> window{0, 1}; // of the first input: the views change theirs meanwhile
+  std::vector<VolumeItem> inputs;      // in the request's order, at least one
+  std::vector<VolumeItem> masks;       // none, one for all inputs, or one for each
+  std::optional<VolumeItem> reference; // there if the output takes its grid
+  QString recoveryFolder;              // where stopAndKeep() writes
+  std::array<double, 2> window{0, 1};  // of the first input: the views change theirs meanwhile
 };
 
 /// The engine's input; without voxels (to estimate) only the masks' are copied. Throws Error.

@@ -1,27 +1,8 @@
 #pragma once
-#include "Widgets/App/SliceView.h"
+#include "Widgets/App/SlicePane.h"
 #include "Widgets/App/ThreeDView.h"
 
-class QDoubleSpinBox;
-class QSlider;
-
 namespace innergs::app {
-
-/// A slice view with its slider and position.
-class SlicePane : public QWidget {
-  Q_OBJECT
-public:
-  SlicePane(ViewState* state, int axis, QWidget* parent = nullptr);
-  SliceView* view() const { return view_; }
-
-private:
-  void showRange();
-  void showPosition();
-  ViewState* state_;
-  SliceView* view_;
-  QSlider* slider_;
-  QDoubleSpinBox* position_;
-};
 
 /// The three slice views and the 3D view, all or a single one; the one with the keyboard focus has a frame.
 class ViewGrid : public QWidget {

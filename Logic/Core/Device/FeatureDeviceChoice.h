@@ -1,6 +1,6 @@
 #pragma once
 #include "Core/Device/Devices.h"
-#include "Core/Features/FeatureDevice.h"
+#include "Core/Features/FeatureDevices.h"
 
 namespace innergs {
 

@@ -1,10 +1,12 @@
 #include "Core/Features/EmbeddingTraining.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Features/BlockFinder.h"
 #include "Core/Features/FeatureDecoder.h"
 #include "Core/Features/FeatureRenderer.h"
 #include "Core/Features/FeatureRows.h"
 #include "Core/Features/SupportBlocks.h"
+#include "Core/Features/SupportLists.h"
 #include "Core/Model/FieldValue.h"
 #include "Core/Prediction/ParameterAdam.h"
 

@@ -3,7 +3,6 @@
 #include "Core/Features/FeatureStep.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <span>
 
@@ -54,52 +53,6 @@ void decodeBackward(const FeatureModel& model, const float* latent, float rank,
     }
   }
 }
-
-/// The classes of each block, as lists.
-class SupportLists {
-public:
-  explicit SupportLists(const ClassSupport& support) {
-    const std::int64_t blocks = support.blocks.voxelCount();
-    start_.push_back(0);
-    for (std::int64_t b = 0; b < blocks; ++b) {
-      for (int c = 0; c < 32 * support.words; ++c)
-        if (support.has(b, c)) classes_.push_back(static_cast<std::uint16_t>(c));
-      most_ = std::max(most_, classes_.size() - start_.back());
-      start_.push_back(classes_.size());
-    }
-  }
-  std::span<const std::uint16_t> of(std::int64_t block) const {
-    const auto b = static_cast<std::size_t>(block);
-    return {classes_.data() + start_[b], start_[b + 1] - start_[b]};
-  }
-  std::size_t longest() const { return most_; }
-  std::int64_t blocks() const { return static_cast<std::int64_t>(start_.size()) - 1; }
-
-private:
-  std::vector<std::uint16_t> classes_;
-  std::vector<std::size_t> start_;
-  std::size_t most_ = 0;
-};
-
-/// Finds the block that contains a point, from the indices of a lattice; −1 outside.
-class BlockFinder {
-public:
-  BlockFinder(const GridGeometry& blocks, const Affine3& indexToWorld)
-      : size_(blocks.size), map_(inverse(blocks.indexToWorld()) * indexToWorld) {}
-  std::int64_t operator()(const Vec3& index) const {
-    const Vec3 x = map_(index);
-    std::int64_t at[3];
-    for (int a = 0; a < 3; ++a) {
-      if (!(x[a] >= -0.5 && x[a] < static_cast<double>(size_[a]) - 0.5)) return -1;
-      at[a] = std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(x[a] + 0.5)), 0, size_[a] - 1);
-    }
-    return at[0] + size_[0] * (at[1] + size_[1] * at[2]);
-  }
-
-private:
-  std::array<std::int64_t, 3> size_;
-  Affine3 map_;
-};
 
 /// Calls action<N>() with the number of channels as a constant.
 template <class Action>

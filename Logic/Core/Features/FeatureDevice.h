@@ -1,12 +1,10 @@
 #pragma once
-#include "Core/Features/FeatureDecoder.h"
 #include "Core/Features/FeatureRows.h"
+#include "Core/Features/FeatureStep.h"
 #include "Core/Features/LabelCompletion.h"
+#include "Core/Features/SupportLists.h"
 
-#include <memory>
 #include <span>
-#include <stop_token>
-#include <string>
 #include <vector>
 
 namespace innergs {
@@ -28,17 +26,6 @@ public:
   virtual ~FeatureDevice() = default;
   virtual void step(const FeatureStep& step) = 0;
   virtual void download(std::span<float> latents, std::span<float> codes) = 0;
-};
-
-/// Where the iterations run: Device/FeatureDeviceChoice.h.
-class FeatureDevices {
-public:
-  virtual ~FeatureDevices() = default;
-  /// Null for the CPU. Throws Error(Cancelled).
-  virtual std::unique_ptr<FeatureDevice> make(const FeatureProblem& problem, int iterations,
-                                              const std::stop_token& stop) = 0;
-  /// Says why the device is not used: the CPU starts over.
-  virtual void failed(const std::string& why) = 0;
 };
 
 } // namespace innergs

@@ -1,8 +1,10 @@
 #include "Core/Features/FeatureQuery.h"
 
+#include "Core/Features/BlockFinder.h"
 #include "Core/Features/ClassResidual.h"
 #include "Core/Features/FeatureDecoder.h"
 #include "Core/Features/FeatureRenderer.h"
+#include "Core/Features/SupportLists.h"
 #include "Core/Model/FieldValue.h"
 #include "Core/Render/Render.h"
 

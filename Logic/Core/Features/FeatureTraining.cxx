@@ -1,8 +1,10 @@
 #include "Core/Features/FeatureTraining.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Features/BlockFinder.h"
 #include "Core/Features/ClassCodes.h"
-#include "Core/Features/FeatureDevice.h"
+#include "Core/Features/FeatureDecoder.h"
+#include "Core/Features/FeatureDevices.h"
 #include "Core/Features/FeatureRenderer.h"
 #include "Core/Features/FeatureRows.h"
 #include "Core/Features/LabelCompletion.h"

@@ -167,16 +167,6 @@ void Trainer::record(float loss) {
   if (fine) plateau_.add(loss, plan_.plateau);
 }
 
-void PlateauSchedule::add(double loss, const PlateauRule& rule) {
-  if (loss < best_ * (1 - rule.threshold)) {
-    best_ = loss;
-    waited_ = 0;
-  } else if (++waited_ >= rule.patience) {
-    share_ = std::max(rule.lowest, share_ * rule.factor);
-    waited_ = 0;
-  }
-}
-
 double Trainer::rateShare(int iteration) const {
   if (plan_.schedule == Schedule::Plateau) return plateau_.share();
   const double progress = static_cast<double>(iteration) / std::max(1, plan_.iterations - 1);

@@ -54,10 +54,10 @@ GridGeometry withSpacing(const GridGeometry& geometry, const Vec3& spacing) {
   const Vec3 extent = geometry.extent();
   for (int axis = 0; axis < 3; ++axis) {
     if (!std::isfinite(spacing[axis]) || spacing[axis] <= 0)
-      throw Error(ErrorCode::InvalidArgument, "A voxel spacing must be finite and above zero.");
-    if (extent[axis] / spacing[axis] > 1e9)
+      throw Error(ErrorCode::InvalidArgument, "The voxel spacing must be above 0 mm along every axis.");
+    if (extent[axis] / spacing[axis] > 1e5)
       throw Error(ErrorCode::InvalidArgument,
-                  "The voxel spacing is too fine for the size of the image: choose a coarser one.");
+                  "The voxel spacing is far too fine for the size of the image: choose a coarser one.");
     result.size[axis] = std::max<std::int64_t>(1, std::llround(extent[axis] / spacing[axis]));
   }
   result.origin = {0, 0, 0};

@@ -50,6 +50,7 @@ struct SettingNotes {
   double usual = 0;                           // where a panel's steps start from automatic; 0: the lowest
   bool (*applies)(const Settings&) = nullptr; // whether it has an effect, given withPresetValues()
   void (*checkText)(const std::string&) = nullptr; // throws Error
+  bool moving = false;                             // the fit of a moving scan uses it as well
 };
 
 /// One row of settingsTable(): everything that any layer shows or checks for one setting. Texts are English

@@ -55,7 +55,9 @@ const std::vector<Setting>& settingsTable() {
       Setting(
           "device", MEMBER(device), Basic, tr("Device"),
           tr("Where the fit runs: auto (a GPU, if there is one with enough memory), cpu, cuda or cuda:N."),
-          {.part = Result, .checkText = [](const std::string& text) { parseDeviceRequest(text); }}),
+          {.part = Result,
+           .checkText = [](const std::string& text) { parseDeviceRequest(text); },
+           .moving = true}),
       Setting("fill", MEMBER(fill), Basic, tr("Outside the mask"),
               tr("Value of the volume, and of every later query of the model, outside the mask."),
               {.part = Result, .range = between(-1e30, 1e30)}),
@@ -77,7 +79,10 @@ const std::vector<Setting>& settingsTable() {
               {.words = {{"adaptive", tr("adaptive")}, {"grid", tr("even grid")}}}),
       Setting("gaussians", MEMBER(gaussians), Model, tr("Gaussians"),
               tr("Number of Gaussians in one field at its start."),
-              {.range = between(1, 1e9), .automatic = tr("chosen from the data"), .usual = 10000}),
+              {.range = between(1, 1e9),
+               .automatic = tr("chosen from the data"),
+               .usual = 10000,
+               .moving = true}),
       Setting("ensembleSize", MEMBER(ensembleSize), Model, tr("Merged fields"),
               tr("Number of fields fitted independently and merged: more are slower, but less noisy between "
                  "slices."),
@@ -193,13 +198,14 @@ const std::vector<Setting>& settingsTable() {
                          {"method2", tr("paper's method 2")}}}),
       Setting("threads", MEMBER(threads), Computation, tr("Threads"),
               tr("CPU threads to use; the result does not depend on it."),
-              {.part = Speed, .range = between(0, 4096), .zero = tr("all cores")}),
+              {.part = Speed, .range = between(0, 4096), .zero = tr("all cores"), .moving = true}),
       Setting("instructionSet", MEMBER(instructionSet), Computation, tr("Instruction set"),
               tr("The CPU's vector instructions to use, as listed by 'innergs info'; scalar is the plain "
                  "reference."),
-              {.part = Speed, .automatic = tr("best available")}),
+              {.part = Speed, .automatic = tr("best available"), .moving = true}),
       Setting("seed", MEMBER(seed), Computation, tr("Seed"),
-              tr("The same seed gives the same result, bit for bit, on any number of threads.")),
+              tr("The same seed gives the same result, bit for bit, on any number of threads."),
+              {.moving = true}),
 
       Setting("kind", MEMBER(kind), Moving, tr("What changes"),
               tr("Moving scans: Gaussians that move and turn, that stay and change their intensity (fMRI), "
@@ -314,10 +320,7 @@ std::string movingSettingsText(const Settings& settings) {
 }
 
 bool concernsMovingScans(const Setting& row) {
-  if (row.group == Setting::Group::Moving) return true;
-  const std::string name = row.name;
-  return name == "gaussians" || name == "seed" || name == "threads" || name == "instructionSet" ||
-         name == "device";
+  return row.moving || row.group == Setting::Group::Moving;
 }
 
 std::string automaticText(const Setting& row) {

@@ -2,6 +2,9 @@
 #include "Features/BoxPhantom.h"
 #include "RandomFields.h"
 
+#include "Core/Features/BlockFinder.h"
+#include "Core/Features/FeatureDecoder.h"
+#include "Core/Features/FeatureDevices.h"
 #include "Core/Features/FeatureRenderer.h"
 #include "Core/Features/FeatureTraining.h"
 #include "Core/Features/SupportBlocks.h"

@@ -65,7 +65,7 @@ const Wrong kWrong[] = {
     {"HeldOut", [](R* f) { f->SetHeldOutFraction(0.9); }, "held-out fraction", R::InvalidArgumentError},
     {"InstructionSet", [](R* f) { f->SetInstructionSet("abacus"); }, "abacus", R::InvalidArgumentError},
     {"Device", [](R* f) { f->SetDevice("abacus"); }, "abacus", R::InvalidArgumentError},
-    {"Spacing", [](R* f) { f->SetOutputSpacing(1, -1, 1); }, "output spacing", R::InvalidArgumentError},
+    {"Spacing", [](R* f) { f->SetOutputSpacing(1, -1, 1); }, "voxel spacing", R::InvalidArgumentError},
     {"TooFine", [](R* f) { f->SetOutputSpacing(1e-6, 1, 1); }, "too fine", R::InvalidArgumentError},
     {"Region", [](R* f) { f->SetRegion(5, 4, 0, 1, 0, 1), f->UseRegionOn(); }, "region",
      R::InvalidArgumentError},

@@ -1,6 +1,6 @@
 #include "Core/Features/FeatureTraining.h"
 #include "Core/Base/Error.h"
-#include "Core/Features/FeatureDevice.h"
+#include "Core/Features/FeatureDevices.h"
 #include "Core/Features/FeatureQuery.h"
 #include "Features/BoxPhantom.h"
 

@@ -1,0 +1,73 @@
+#include "LogicInternals.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Base/Failure.h"
+#include "SliceThickness.h"
+
+#include <algorithm>
+#include <utility>
+
+using innergs::Error;
+using innergs::ErrorCode;
+namespace mrml = innergs::mrml;
+
+bool vtkSlicerInnerGSLogic::Internals::guard(const std::function<void()>& task) {
+  const vtkSmartPointer<vtkObject> alive = logic; // an observer of what the task makes may let go of it
+  lastError = {};
+  try {
+    if (std::this_thread::get_id() != mainThread)
+      throw Error(
+          ErrorCode::InvalidArgument,
+          "The InnerGS logic was called from a thread other than the one that made it: call it from the "
+          "main thread.");
+    task();
+    return true;
+  } catch (...) {
+    fail(innergs::failureOf());
+  }
+  return false;
+}
+
+void vtkSlicerInnerGSLogic::Internals::fail(const innergs::Failure& failure) {
+  const vtkSmartPointer<vtkObject> alive = logic; // an observer may let go of it
+  lastError = failure;
+  vtkErrorWithObjectMacro(logic, << failure.sentence);
+}
+
+void vtkSlicerInnerGSLogic::Internals::showFine(const std::shared_ptr<mrml::SliceFollower>& follower,
+                                                const mrml::FinePlanes::Plane& plane) {
+  const bool followed = std::find(followers.begin(), followers.end(), follower) != followers.end();
+  if (!followed) return;
+  try {
+    follower->show(plane);
+  } catch (...) {
+    fail(innergs::failureOf());
+  }
+}
+
+innergs::JobOutline vtkSlicerInnerGSLogic::Internals::outlineOf(vtkMRMLInnerGSParameterNode* parameters) {
+  return mrml::outlineOf(parameters, logic->GetMRMLScene(), thicknessOf(), outlineMasks);
+}
+
+mrml::ThicknessOf vtkSlicerInnerGSLogic::Internals::thicknessOf() const {
+  return [this](vtkMRMLVolumeNode* volume) { return mrml::dicomSliceThickness(volume, dicom); };
+}
+
+std::shared_ptr<mrml::Task> vtkSlicerInnerGSLogic::Internals::taskOf(vtkSlicerInnerGSJob* job) const {
+  for (const auto& task : queue.tasks())
+    if (task->job == job) return task;
+  return nullptr;
+}
+
+vtkSlicerInnerGSJob*
+vtkSlicerInnerGSLogic::Internals::startLearning(const std::function<std::shared_ptr<mrml::Task>()>& prepare) {
+  const bool started = this->guard([&] {
+    std::shared_ptr<mrml::Task> task = prepare();
+    task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
+    task->job->Learning = true;
+    const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
+    this->queue.submit(std::move(task));
+    this->lastJob = job;
+  });
+  return started ? this->lastJob.Get() : nullptr;
+}
