@@ -2,11 +2,13 @@
 #include "AppFixture.h"
 #include "ThreadShortage.h"
 
+#include "Core/Base/Error.h"
 #include "Core/Base/SystemMemory.h"
 #include "Core/Job/ReconstructionJob.h"
 #include "IO/VolumeIO.h"
 #include "Widgets/App/Background.h"
 #include "Widgets/App/Files.h"
+#include "Widgets/App/Runner.h"
 
 #include <vtkPointData.h>
 #include <vtkTable.h>
@@ -56,6 +58,22 @@ private Q_SLOTS:
     request = apptest::request(id);
     request.settings.gaussians = -5;
     QVERIFY(!host_->estimate(request).refusal.isEmpty());
+  }
+
+  // As the engine's own default grid, and that of 3D Slicer's panel.
+  void coversAllSlabsAtAnySpacing() {
+    app::ReconstructionTask task;
+    for (const double slab : {0, 1}) {
+      Volume part = ball({24, 24, 10}, {1.5, 1.5, 4});
+      part.geometry.origin[2] += slab * 10 * 4;
+      task.inputs.push_back(app::makeItem(std::move(part), "slab"));
+      task.request.inputs << ui::InputChoice{};
+    }
+    task.request.grid = ui::OutputGrid::Spacing;
+    task.request.spacing = 2;
+    QCOMPARE(app::makeInput(task, false).outputGrid->size, (std::array<std::int64_t, 3>{18, 18, 40}));
+    task.request.spacing = 0;
+    QVERIFY_EXCEPTION_THROWN(app::makeInput(task, false), Error);
   }
 
   // With the job's own message; the job rejects it as well.
