@@ -68,7 +68,7 @@ Json fieldInfo(const GaussianField& field) {
             {"blending", blendingName(field.blending)},
             {"linear_intensity", field.linearIntensity},
             {"cutoff", field.cutoff},
-            {"detail_grid", !field.residual.voxels.empty()},
+            {"residual_grid", !field.residual.voxels.empty()},
             {"intensity_scale", field.intensityScale},
             {"intensity_offset", field.intensityOffset}};
   if (field.range) info["value_range"] = {field.range->low, field.range->high};

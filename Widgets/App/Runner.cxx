@@ -18,6 +18,7 @@
 #include <QMetaObject>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace innergs::app {

@@ -263,6 +263,7 @@ std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::spa
       if (std::abs(mine.gain - 1) < kSameGain) mine.gain = 1;
       const Agreement was = agreementOf(before, threshold);
       Agreement is = agreementOf(seen(n, mine, 0), threshold);
+      // Where the best pose makes scans alike they show the same body, also if it is not used.
       const bool wasAlike = was.correlation >= kAlike, isAlike = is.correlation >= kAlike;
       if (mine.displacement > 0) { // what the pose gains, apart from the gain factor
         StackAlignment unmoved;

@@ -26,7 +26,7 @@ struct DataTraits {
 /// fitted to an isotropic volume.
 bool predicts(const Settings& settings, const DataTraits& traits);
 /// Whether a fit without a prediction is completed by a residual grid: of thick slices, and of several scans
-/// whose thin slices lie close together (normalised blending), unless slices have poses of their own.
+/// whose thin slices lie close together (normalised blending), unless slices came with poses.
 bool addsResidual(const Settings& settings, const DataTraits& traits);
 /// The traits that the lattices alone determine: voxel, gap, thickness, stacks, volume (as if all were
 /// observed), posed, cubes; and a typical noise.

@@ -27,6 +27,7 @@ struct GridGeometry {
 void checkGeometry(const GridGeometry& geometry, const std::string& what);
 
 /// The lattice over the same box (voxel edge to voxel edge) at another spacing (mm), with the same centre.
+/// Throws Error(InvalidArgument) for a spacing not above 0 or more than 100,000 voxels along an axis.
 GridGeometry withSpacing(const GridGeometry& geometry, const Vec3& spacing);
 
 /// The lattice over the same box, resampled so that no axis has more than `most` voxels.

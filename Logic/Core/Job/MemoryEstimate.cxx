@@ -159,8 +159,8 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const double bridged = withheldFraction(input) > 0 ? lattices.voxels * 5 : 0; // see startStacks()
   const double start = bridged + proxy * 13 /* values, coverage, density and its smoothing */;
   const double output = static_cast<double>(grid.voxelCount()) * 4 + 64e6;
-  const double residual = predicts(settings, traits) || addsResidual(settings, traits)
-                              ? static_cast<double>(domain.voxelCount()) * 12 + lattices.samples * 4
+  const double residual = addsResidual(settings, traits)
+                              ? static_cast<double>(domain.voxelCount()) * 16 + lattices.samples * 12
                               : 0;
   // Beside the refined field's residual grid.
   const double mixing = predictsEach(settings, traits, input.stacks, !input.masks.empty())

@@ -482,7 +482,10 @@ void ReconstructionRun::iterate(Trainer& trainer, int before) {
 
 void ReconstructionRun::addResidual() {
   GaussianField& field = model_.field;
-  if (!predicted_ && !addsResidual(settings_, geometryTraits(input_.stacks))) return;
+  DataTraits traits = traits_;
+  traits.posed = std::any_of(input_.stacks.begin(), input_.stacks.end(),
+                             [](const Stack& s) { return !s.poses.empty(); }); // not those that were found
+  if (!predicted_ && !addsResidual(settings_, traits)) return;
   progress_.report(Phase::Refining, fromFit(predictsEach_ ? kEachFitEnds : kFitEnds));
   const RenderOptions options = renderOptions(field, pool_->stopToken());
   if (predictsEach_ && share_.value_or(0) > 0 && !keepsUnmixed_)

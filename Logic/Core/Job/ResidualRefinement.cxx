@@ -38,24 +38,41 @@ void addPredicted(Volume& volume, const GaussianField& field, std::span<Stack> p
   });
 }
 
-constexpr BackProjectionPlan kOnce{.iterations = 1};
-
 Volume zeros(const GridGeometry& grid) {
   return {grid, std::vector<float>(static_cast<std::size_t>(grid.voxelCount()), 0.f)};
+}
+
+/// The scan's voxels, interpolated at those of a grid; 0 where it has none.
+Volume spreadOver(const GridGeometry& grid, const Stack& scan, ThreadPool& pool) {
+  Volume volume = zeros(grid);
+  backProject(volume, {&scan, 1}, {.iterations = 1}, pool);
+  return volume;
 }
 
 /// Takes noise out of differences between scans and a field as far as a Wiener filter takes it out of their
 /// mean on the grid. noise: standard deviation of one scan's.
 void removeNoise(std::span<Stack> missed, const GridGeometry& grid, double noise, ThreadPool& pool) {
-  Volume kept = zeros(grid);
-  backProject(kept, missed, kOnce, pool); // their mean, then the share of it that is kept
+  Volume kept = zeros(grid),
+         scans = zeros(grid); // the sum, then the share of it that is kept; how many show it
+  for (const Stack& scan : missed) {
+    Stack known = scan;
+    for (float& v : known.image.voxels)
+      v = std::isfinite(v) ? 1.f : v;
+    const Volume part = spreadOver(grid, scan, pool), count = spreadOver(grid, known, pool);
+    for (std::size_t v = 0; v < kept.voxels.size(); ++v) {
+      kept.voxels[v] += part.voxels[v];
+      scans.voxels[v] += count.voxels[v];
+    }
+  }
   const std::int64_t plane = grid.size[0] * grid.size[1];
   pool.run(grid.size[2], [&](std::int64_t k) {
     const std::span<float> values = std::span(kept.voxels).subspan(k * plane, plane);
-    const std::vector<float> mean(values.begin(), values.end());
-    wienerFilter(values, grid.size[0], noise / std::sqrt(static_cast<double>(missed.size())));
+    for (std::int64_t p = 0; p < plane; ++p)               // with the noise of one scan
+      values[p] /= std::sqrt(scans.voxels[k * plane + p]); // none: not finite
+    const std::vector<float> before(values.begin(), values.end());
+    wienerFilter(values, grid.size[0], noise);
     for (std::int64_t p = 0; p < plane; ++p)
-      values[p] = mean[p] == 0 ? 0 : values[p] / mean[p];
+      values[p] = std::isfinite(before[p]) && before[p] != 0 ? values[p] / before[p] : 0;
   });
   for (Stack& scan : missed) {
     const std::vector<float> shares = projectToStack(kept, scan, pool);
@@ -64,25 +81,39 @@ void removeNoise(std::span<Stack> missed, const GridGeometry& grid, double noise
   }
 }
 
+/// What a field misses of a scan, in its own units.
+std::vector<float> missedOf(const GaussianField& field, const Stack& scan, const RenderOptions& options) {
+  std::vector<float> missed = renderStack(field, scan, options).voxels;
+  const auto scale = static_cast<float>(field.intensityScale);
+  for (std::size_t v = 0; v < missed.size(); ++v)
+    missed[v] = (scan.image.voxels[v] - missed[v]) / scale;
+  return missed;
+}
+
 } // namespace
 
 double refineToThinScans(GaussianField& field, std::span<const Stack> scans, double noise,
                          RenderOptions options, ThreadPool& pool) {
   options.bounded = false;
-  const auto scale = static_cast<float>(field.intensityScale);
   std::vector<Stack> missed(scans.begin(), scans.end());
-  for (Stack& scan : missed) {
-    const Volume fitted = renderStack(field, scan, options);
-    for (std::size_t v = 0; v < fitted.voxels.size(); ++v)
-      scan.image.voxels[v] = (scan.image.voxels[v] - fitted.voxels[v]) / scale;
+  for (Stack& scan : missed)
+    scan.image.voxels = missedOf(field, scan, options);
+  const GridGeometry grid = field.region();
+  if (noise > 0) removeNoise(missed, grid, noise / field.intensityScale, pool);
+  Volume residual = zeros(grid);
+  backProject(residual, missed, {}, pool);
+  if (std::any_of(residual.voxels.begin(), residual.voxels.end(), [](float x) { return x != 0; }))
+    field.residual = std::move(residual);
+  double squares = 0, count = 0;
+  for (const Stack& scan : scans) {
+    const std::vector<float> rest = missedOf(field, scan, options);
+    for (std::size_t v = 0; v < rest.size(); ++v) {
+      if (!std::isfinite(rest[v]) || (!scan.observed.empty() && !scan.observed[v])) continue;
+      squares += static_cast<double>(rest[v]) * rest[v];
+      ++count;
+    }
   }
-  const std::vector<Stack> noisy = missed;
-  if (noise > 0) removeNoise(missed, field.region(), noise / field.intensityScale, pool);
-  field.residual = zeros(field.region());
-  backProject(field.residual, missed, {}, pool);
-  Volume next = field.residual;
-  const double rms = backProject(next, noisy, kOnce, pool);
-  return rms * rms;
+  return squares / std::max(1.0, count);
 }
 
 double refineToSlices(GaussianField& field, std::span<const Stack> slices, double noise,

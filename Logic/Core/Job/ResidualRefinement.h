@@ -15,9 +15,8 @@ double refineToSlices(GaussianField& field, std::span<const Stack> slices, doubl
                       const ValueRange& range, RenderOptions options, ThreadPool& pool,
                       std::span<Stack> predictions = {}, double share = 0);
 
-/// The same for several scans of thin slices, which also differ from what the Gaussians give at their own
-/// voxels by noise. Where they lie on each other their mean has less of it, and a Wiener filter takes that
-/// out.
+/// The same for several scans of thin slices: what the Gaussians miss at the scans' own voxels, without the
+/// noise that a Wiener filter finds in the mean of the scans.
 double refineToThinScans(GaussianField& field, std::span<const Stack> scans, double noise,
                          RenderOptions options, ThreadPool& pool);
 
