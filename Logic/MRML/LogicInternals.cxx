@@ -4,6 +4,8 @@
 #include "Core/Base/Failure.h"
 #include "SliceThickness.h"
 
+#include <vtkMRMLScalarVolumeNode.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -26,6 +28,16 @@ bool vtkSlicerInnerGSLogic::Internals::guard(const std::function<void()>& task) 
     fail(innergs::failureOf());
   }
   return false;
+}
+
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::Internals::answer(
+    vtkMRMLScalarVolumeNode* output, const std::function<vtkSmartPointer<vtkMRMLScalarVolumeNode>()>& make) {
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
+  guard([&] {
+    made = make();
+    if (output) logic->StopFollowing(output);
+  });
+  return mrml::kept(made, output);
 }
 
 void vtkSlicerInnerGSLogic::Internals::fail(const innergs::Failure& failure) {

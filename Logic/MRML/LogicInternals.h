@@ -12,6 +12,18 @@
 
 #include <mutex>
 
+namespace innergs::mrml {
+
+/// A plain pointer that is safe to hold: null if an observer removed the node from the scene and nothing else
+/// holds it.
+template <class Node>
+Node* kept(const vtkSmartPointer<Node>& made, Node* given) {
+  return made && ((made == given && made->GetReferenceCount() > 1) || made->GetScene()) ? made.Get()
+                                                                                        : nullptr;
+}
+
+} // namespace innergs::mrml
+
 /// The state of the logic: its jobs, the followed slice views, and the way from the worker to the main
 /// thread.
 struct vtkSlicerInnerGSLogic::Internals {
@@ -87,6 +99,10 @@ struct vtkSlicerInnerGSLogic::Internals {
   bool guard(const std::function<void()>& task);
   /// Starts a job that teaches a model; null after an error.
   vtkSlicerInnerGSJob* startLearning(const std::function<std::shared_ptr<innergs::mrml::Task>()>& prepare);
+  /// A query's volume, made in `output` (which then follows no slice view) or a new node; null after an
+  /// error.
+  vtkMRMLScalarVolumeNode* answer(vtkMRMLScalarVolumeNode* output,
+                                  const std::function<vtkSmartPointer<vtkMRMLScalarVolumeNode>()>& make);
   void fail(const innergs::Failure& failure);
   innergs::JobOutline outlineOf(vtkMRMLInnerGSParameterNode* parameters); // throws Error
   innergs::mrml::ThicknessOf thicknessOf() const;

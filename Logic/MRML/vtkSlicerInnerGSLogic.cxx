@@ -60,14 +60,6 @@ namespace mrml = innergs::mrml;
 
 namespace {
 
-/// A plain pointer that is safe to hold: null if an observer removed the node from the scene and nothing else
-/// holds it.
-template <class Node>
-Node* kept(const vtkSmartPointer<Node>& made, Node* given) {
-  return made && ((made == given && made->GetReferenceCount() > 1) || made->GetScene()) ? made.Get()
-                                                                                        : nullptr;
-}
-
 /// For other threads, which must not copy VTK's weak pointers.
 template <class Object>
 std::shared_ptr<vtkWeakPointer<Object>> weakly(Object* object) {
@@ -356,46 +348,32 @@ bool vtkSlicerInnerGSLogic::GetValuesAtRAS(vtkMRMLInnerGSModelNode* model, vtkPo
 vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::QueryPlane(vtkMRMLInnerGSModelNode* model,
                                                            vtkMatrix4x4* planeToRAS, int columns, int rows,
                                                            double spacing, vtkMRMLScalarVolumeNode* output) {
-  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
-  this->Work->guard([&] {
-    made = mrml::queryPlane(this->GetMRMLScene(), model, planeToRAS, columns, rows, spacing, output);
-    if (output) this->StopFollowing(output);
+  return this->Work->answer(output, [&] {
+    return mrml::queryPlane(this->GetMRMLScene(), model, planeToRAS, columns, rows, spacing, output);
   });
-  return kept(made, output);
 }
 
 vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::QueryUncertaintyPlane(vtkMRMLInnerGSModelNode* model,
                                                                       vtkMatrix4x4* planeToRAS, int columns,
                                                                       int rows, double spacing,
                                                                       vtkMRMLScalarVolumeNode* output) {
-  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
-  this->Work->guard([&] {
-    made =
-        mrml::queryUncertaintyPlane(this->GetMRMLScene(), model, planeToRAS, columns, rows, spacing, output);
-    if (output) this->StopFollowing(output);
+  return this->Work->answer(output, [&] {
+    return mrml::queryUncertaintyPlane(this->GetMRMLScene(), model, planeToRAS, columns, rows, spacing,
+                                       output);
   });
-  return kept(made, output);
 }
 
 vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::Resample(vtkMRMLInnerGSModelNode* model, double spacing,
                                                          vtkMRMLScalarVolumeNode* output) {
-  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
-  this->Work->guard([&] {
-    made = mrml::resample(this->GetMRMLScene(), model, spacing, output);
-    if (output) this->StopFollowing(output);
-  });
-  return kept(made, output);
+  return this->Work->answer(output,
+                            [&] { return mrml::resample(this->GetMRMLScene(), model, spacing, output); });
 }
 
 vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::ResampleLike(vtkMRMLInnerGSModelNode* model,
                                                              vtkMRMLVolumeNode* reference,
                                                              vtkMRMLScalarVolumeNode* output) {
-  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
-  this->Work->guard([&] {
-    made = mrml::resampleLike(this->GetMRMLScene(), model, reference, output);
-    if (output) this->StopFollowing(output);
-  });
-  return kept(made, output);
+  return this->Work->answer(
+      output, [&] { return mrml::resampleLike(this->GetMRMLScene(), model, reference, output); });
 }
 
 //------------------------------------------------------------------------------
@@ -419,7 +397,7 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::FollowSlice(vtkMRMLInnerGSModelN
         });
     follower->query(); // throws before anything is changed
     shown = mrml::volumeFor(this->GetMRMLScene(), output, model, " slice");
-    if (!kept(shown, output) || (this->GetMRMLScene() && !model->GetScene())) return;
+    if (!mrml::kept(shown, output) || (this->GetMRMLScene() && !model->GetScene())) return;
     this->StopFollowing(shown);
     mrml::setProvenance(shown, model);
     follower->setOutput(shown);
@@ -444,7 +422,7 @@ vtkMRMLModelNode* vtkSlicerInnerGSLogic::CreateGaussianModel(vtkMRMLInnerGSModel
                                                              vtkMRMLModelNode* output) {
   vtkSmartPointer<vtkMRMLModelNode> made;
   this->Work->guard([&] { made = mrml::makeGaussianModel(this->GetMRMLScene(), model, maximum, output); });
-  return kept(made, output);
+  return mrml::kept(made, output);
 }
 
 vtkMRMLInnerGSModelNode* vtkSlicerInnerGSLogic::LoadModel(const std::string& fileName) {

@@ -52,8 +52,8 @@ Volume spreadOver(const GridGeometry& grid, const Stack& scan, ThreadPool& pool)
 /// Takes noise out of differences between scans and a field as far as a Wiener filter takes it out of their
 /// mean on the grid. noise: standard deviation of one scan's.
 void removeNoise(std::span<Stack> missed, const GridGeometry& grid, double noise, ThreadPool& pool) {
-  Volume kept = zeros(grid),
-         scans = zeros(grid); // the sum, then the share of it that is kept; how many show it
+  Volume kept = zeros(grid);  // the scans' sum, then the share of it to keep
+  Volume scans = zeros(grid); // how many show a voxel
   for (const Stack& scan : missed) {
     Stack known = scan;
     for (float& v : known.image.voxels)
@@ -67,8 +67,8 @@ void removeNoise(std::span<Stack> missed, const GridGeometry& grid, double noise
   const std::int64_t plane = grid.size[0] * grid.size[1];
   pool.run(grid.size[2], [&](std::int64_t k) {
     const std::span<float> values = std::span(kept.voxels).subspan(k * plane, plane);
-    for (std::int64_t p = 0; p < plane; ++p)               // with the noise of one scan
-      values[p] /= std::sqrt(scans.voxels[k * plane + p]); // none: not finite
+    for (std::int64_t p = 0; p < plane; ++p) // to the noise of one scan; not finite where none shows it
+      values[p] /= std::sqrt(scans.voxels[k * plane + p]);
     const std::vector<float> before(values.begin(), values.end());
     wienerFilter(values, grid.size[0], noise);
     for (std::int64_t p = 0; p < plane; ++p)
