@@ -1,4 +1,5 @@
 #pragma once
+#include "PlaneQueue.h"
 #include "Widgets/PlanePose.h"
 #include "Widgets/UncertaintyVolume.h"
 
@@ -8,15 +9,10 @@
 
 #include <vtkAbstractTransform.h>
 #include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
 #include <vtkSmartPointer.h>
 
 #include <memory>
-
-class vtkMatrix4x4;
-
-namespace innergs {
-struct Model;
-}
 
 namespace innergs::ui {
 
@@ -38,7 +34,7 @@ struct PlaneImage {
   vtkSmartPointer<vtkImageData> image;     // float, scanner units; origin 0, spacing 1; null after an error
   vtkSmartPointer<vtkImageData> deviation; // likewise, with what was measured (UncertaintyImage.h); null: not
                                            // asked for
-  vtkSmartPointer<vtkMatrix4x4> ijkToRAS;  // of the images
+  vtkSmartPointer<vtkMatrix4x4> ijkToRAS;  // of the images; null after an error
   QString error;                           // a sentence; also if the picture was not written
   double milliseconds = 0;                 // duration of the query
   bool inside = true;                      // for a probe: whether the model has a value there
@@ -71,11 +67,12 @@ Q_SIGNALS:
 
 private:
   using Signal = void (PlaneWorker::*)(const PlaneImage&);
-  /// Starts the thread with the first task; returns false if there is none, after emitting the signal with
-  /// the reason.
-  bool start(const PlaneTask& task, Signal signal);
-  struct Work;
-  std::unique_ptr<Work> work_;
+  void start(int key, const PlaneTask& task, Signal signal);
+  /// Emits the signal once the event loop is reached; called on any thread.
+  void post(Signal signal, const PlaneImage& image);
+
+  int nextExport_; // its key in the queue
+  PlaneQueue queue_;
 };
 
 } // namespace innergs::ui

@@ -46,6 +46,15 @@ void vtkSlicerInnerGSLogic::Internals::fail(const innergs::Failure& failure) {
   vtkErrorWithObjectMacro(logic, << failure.sentence);
 }
 
+void vtkSlicerInnerGSLogic::Internals::stopFollowing(
+    const std::function<bool(const mrml::SliceFollower&)>& which) {
+  std::erase_if(followers, [&](const auto& follower) {
+    const bool ends = which(*follower);
+    if (ends) fine.drop(*follower);
+    return ends;
+  });
+}
+
 void vtkSlicerInnerGSLogic::Internals::showFine(const std::shared_ptr<mrml::SliceFollower>& follower,
                                                 const mrml::FinePlanes::Plane& plane) {
   const bool followed = std::find(followers.begin(), followers.end(), follower) != followers.end();

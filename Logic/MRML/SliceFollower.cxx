@@ -18,14 +18,24 @@
 #include <vtkMatrix4x4.h>
 
 #include <algorithm>
+#include <atomic>
 #include <utility>
 
 namespace innergs::mrml {
 
+namespace {
+
+int nextId() {
+  static std::atomic<int> last{0};
+  return ++last;
+}
+
+} // namespace
+
 SliceFollower::SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice, int maximumPixels,
                              ErrorHandler onError, FineHandler fine)
-    : model_(model), slice_(slice), maximumPixels_(maximumPixels), onError_(std::move(onError)),
-      fine_(std::move(fine)) {
+    : id_(nextId()), model_(model), slice_(slice), maximumPixels_(maximumPixels),
+      onError_(std::move(onError)), fine_(std::move(fine)) {
   query_->CentredOff();
   query_->GeometryInImageOff();
   command_->SetClientData(this);
@@ -98,13 +108,13 @@ bool SliceFollower::query() {
   ++revision_;
   wanted_.reset();
   if (step > fine) {
-    wanted_ = PlaneRequest{modelOf(model_)->GetCoreModel(),
-                           toModel_,
-                           vtkSmartPointer<vtkMatrix4x4>::New(),
-                           std::max(1, int(size[0] / fine)),
-                           std::max(1, int(size[1] / fine)),
-                           fine,
-                           revision_};
+    wanted_.emplace();
+    wanted_->model = modelOf(model_)->GetCoreModel();
+    wanted_->toModel = toModel_;
+    wanted_->columns = std::max(1, int(size[0] / fine));
+    wanted_->rows = std::max(1, int(size[1] / fine));
+    wanted_->spacing = fine;
+    wanted_->planeToRAS = vtkSmartPointer<vtkMatrix4x4>::New();
     wanted_->planeToRAS->DeepCopy(slice_->GetXYToRAS());
   }
   return true;
@@ -115,7 +125,7 @@ void SliceFollower::show() {
   if (!output || !found_) return;
   if (remade_) setProvenance(output, model_);
   remade_ = false;
-  if (wanted_ && fine_) fine_(shared_from_this(), *std::exchange(wanted_, std::nullopt));
+  if (wanted_ && fine_) fine_(shared_from_this(), revision_, *std::exchange(wanted_, std::nullopt));
   setVolume(output, image_, toWorld_);
 }
 
@@ -124,7 +134,7 @@ void SliceFollower::show(const FinePlanes::Plane& plane) {
   if (!output || plane.revision != revision_ || updating_) return;
   const auto alive = shared_from_this();
   updating_ = true;
-  setVolume(output, plane.image, plane.toRAS);
+  setVolume(output, plane.queried.image, plane.queried.ijkToRAS);
   updating_ = false;
 }
 

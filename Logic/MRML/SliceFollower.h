@@ -30,7 +30,7 @@ class SliceFollower : public std::enable_shared_from_this<SliceFollower> {
 public:
   using ErrorHandler = std::function<void(const Failure&)>;
   /// fine: called after a coarse plane, with the request for full resolution once the view is at rest.
-  using FineHandler = std::function<void(const std::shared_ptr<SliceFollower>&, PlaneRequest)>;
+  using FineHandler = std::function<void(const std::shared_ptr<SliceFollower>&, int revision, PlaneRequest)>;
   SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice, int maximumPixels,
                 ErrorHandler onError, FineHandler fine);
   ~SliceFollower();
@@ -46,11 +46,13 @@ public:
   void show(const FinePlanes::Plane& plane);
   void setOutput(vtkMRMLScalarVolumeNode* output);
   bool concerns(vtkMRMLNode* node) const;
+  int id() const { return id_; } // unique
   vtkMRMLScalarVolumeNode* output() const;
 
 private:
   void update();
 
+  const int id_;
   vtkWeakPointer<vtkMRMLInnerGSModelNode> model_;
   vtkWeakPointer<vtkMRMLSliceNode> slice_;
   vtkWeakPointer<vtkMRMLScalarVolumeNode> output_;

@@ -153,7 +153,7 @@ void vtkSlicerInnerGSLogic::OnMRMLSceneEndImport() {
 }
 
 void vtkSlicerInnerGSLogic::OnMRMLSceneNodeRemoved(vtkMRMLNode* node) {
-  std::erase_if(this->Work->followers, [&](const auto& follower) { return follower->concerns(node); });
+  this->Work->stopFollowing([&](const auto& follower) { return follower.concerns(node); });
   for (const auto& task : this->Work->queue.tasks())
     if (task->parameters.Get() == node || (task->work && task->model.Get() == node)) {
       task->discard = true;
@@ -392,8 +392,9 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::FollowSlice(vtkMRMLInnerGSModelN
     const auto follower = std::make_shared<mrml::SliceFollower>(
         model, slice, this->MaximumFollowPixels,
         [this](const innergs::Failure& failure) { this->Work->fail(failure); },
-        [this](const std::shared_ptr<mrml::SliceFollower>& coarse, mrml::PlaneRequest request) {
-          this->Work->fine.request(coarse, std::move(request));
+        [this](const std::shared_ptr<mrml::SliceFollower>& coarse, int revision,
+               innergs::PlaneRequest request) {
+          this->Work->fine.request(coarse, revision, std::move(request));
         });
     follower->query(); // throws before anything is changed
     shown = mrml::volumeFor(this->GetMRMLScene(), output, model, " slice");
@@ -408,8 +409,7 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::FollowSlice(vtkMRMLInnerGSModelN
 }
 
 void vtkSlicerInnerGSLogic::StopFollowing(vtkMRMLScalarVolumeNode* output) {
-  std::erase_if(this->Work->followers,
-                [&](const auto& follower) { return !output || follower->output() == output; });
+  this->Work->stopFollowing([&](const auto& follower) { return !output || follower.output() == output; });
 }
 
 bool vtkSlicerInnerGSLogic::IsFollowing(vtkMRMLScalarVolumeNode* output) {

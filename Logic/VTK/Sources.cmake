@@ -19,6 +19,7 @@ set(INNERGS_VTK_PRIVATE_SOURCES
   Geometry.cxx
   ImageVoxels.cxx
   PipelineTime.cxx
+  PlaneQueue.cxx
   ReconstructInputs.cxx
   SliceTable.cxx
   UncertaintyImage.cxx
