@@ -182,7 +182,14 @@ EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::u
   return input;
 }
 
-EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& options) {
+Settings paperSettings(Settings settings) {
+  settings.consistency = false;
+  return settings;
+}
+
+EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& given) {
+  EvaluationOptions options = given;
+  options.settings = paperSettings(options.settings);
   const bool perPlane = options.gaussians && chosenBlending(options.settings) == Blending::Alpha;
   EvaluationInput input = paperInput(volume, options.withheldFraction, options.settings.seed, perPlane);
   EvaluationReport report;
@@ -234,6 +241,9 @@ EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& op
   report.notes.push_back(
       "linear, cubic and lanczos see only the other slices of the same plane, the Gaussians all "
       "three planes.");
+  if (options.gaussians)
+    report.notes.push_back(
+        "Gaussians without a residual grid, which would hold the voxels seen in the other planes.");
   if (perPlane)
     report.notes.push_back(
         "The image of alpha blending depends on the slicing direction: every withheld slice "

@@ -9,6 +9,10 @@ namespace innergs {
 EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::uint64_t seed,
                            bool perPlane = false);
 
+/// The settings of a fit that the protocol judges: without the residual grid, which would hold the very
+/// voxels that the other planes show.
+Settings paperSettings(Settings settings);
+
 /// Throws Error(InvalidArgument) if the volume is too small, NoData if it is constant.
 /// Alpha blending is fitted to the planes' own stacks and scored on each, rendered along it.
 EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& options = {});

@@ -164,7 +164,7 @@ bool predicts(const Settings& settings, const DataTraits& traits) {
 bool addsResidual(const Settings& settings, const DataTraits& traits) {
   if (!settings.consistency || traits.posed) return false;
   return traits.thickness > 0 ||
-         (traits.stacks > 1 && !traits.superResolution() && settings.preset != Preset::Paper &&
+         (!traits.superResolution() && settings.preset != Preset::Paper &&
           chosenBlending(settings) == Blending::Normalised);
 }
 

@@ -107,8 +107,7 @@ const std::vector<Setting>& settingsTable() {
       Setting("relocate", MEMBER(relocate), Fit, tr("Relocate unused Gaussians"),
               tr("On an even grid: remove unused Gaussians and split those where the error is large.")),
       Setting("consistency", MEMBER(consistency), Fit, tr("Data-consistency step"),
-              tr("After the fit, add the residual that the Gaussians leave in thick slices or several scans, "
-                 "except noise."),
+              tr("After the fit, add the residual that the Gaussians leave in the scans, except noise."),
               {.part = Result}),
       Setting(
           "prediction", MEMBER(prediction), Fit, tr("Between the slices"),

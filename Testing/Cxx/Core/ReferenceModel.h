@@ -24,6 +24,33 @@ inline std::vector<Parameters> parametersOf(const GaussianField& field) {
   return all;
 }
 
+/// Cubic convolution of all voxels with Keys' kernel of a = −3/4; edge voxels are repeated.
+inline double sampleCubic(const Volume& volume, const Vec3& index) {
+  const auto kernel = [](double s) {
+    s = std::abs(s);
+    return s <= 1   ? 1.25 * s * s * s - 2.25 * s * s + 1
+           : s <= 2 ? -0.75 * (s * s * s - 5 * s * s + 8 * s - 4)
+                    : 0.0;
+  };
+  const auto& n = volume.geometry.size;
+  Vec3 at;
+  for (int a = 0; a < 3; ++a)
+    at[a] = std::clamp(index[a], 0.0, static_cast<double>(n[a] - 1));
+  double sum = 0;
+  for (std::int64_t k = -2; k < n[2] + 2; ++k)
+    for (std::int64_t j = -2; j < n[1] + 2; ++j)
+      for (std::int64_t i = -2; i < n[0] + 2; ++i) {
+        const double weight =
+            kernel(at[0] - double(i)) * kernel(at[1] - double(j)) * kernel(at[2] - double(k));
+        const auto inside = [&](std::int64_t x, int axis) {
+          return std::clamp<std::int64_t>(x, 0, n[axis] - 1);
+        };
+        if (weight != 0)
+          sum += weight * volume.voxels[inside(i, 0) + n[0] * (inside(j, 1) + n[1] * inside(k, 2))];
+      }
+  return sum;
+}
+
 /// One Gaussian prepared for evaluation: precision, weight, and the additional covariance of a closed-form
 /// slice profile.
 struct ReferenceGaussian {

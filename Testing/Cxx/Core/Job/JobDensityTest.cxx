@@ -11,6 +11,7 @@ namespace {
 Settings defaults(int iterations = 20) {
   Settings settings = quickSettings(iterations);
   settings.gaussians.reset();
+  settings.consistency = false; // tests the Gaussians alone
   return settings;
 }
 
@@ -91,8 +92,7 @@ TEST(JobDensity, AMaskedFitOfThickSlicesIsAsGoodInside) {
   const Volume truth = head();
   ReconstructionInput input;
   input.stacks.push_back(simulateThickStack(truth, 2, 4));
-  Settings settings = defaults();
-  settings.consistency = false; // tests the Gaussians alone
+  const Settings settings = defaults();
   expectAsGoodInside(input, truth, settings);
   input.stacks.push_back(simulateThickStack(truth, 0, 4));
   expectAsGoodInside(input, truth, settings);

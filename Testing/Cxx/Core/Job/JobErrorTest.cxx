@@ -211,6 +211,7 @@ TEST(JobMemory, EstimateKnowsAllAxesAndWhatAlphaBlendingKeeps) {
   const double voxels = 200.0 * 210 * 190;
   Settings one, three, alpha;
   one.gaussians = three.gaussians = alpha.gaussians = 100'000;
+  one.consistency = three.consistency = false;
   one.linearIntensity = three.linearIntensity = false;
   three.allAxes = true;
   alpha.blending = Blending::Alpha;

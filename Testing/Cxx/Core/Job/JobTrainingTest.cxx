@@ -187,7 +187,9 @@ TEST(AllAxes, SeeEveryVoxelThreeTimesAndAreOffForOneValuePerPoint) {
   EXPECT_FALSE(geometryTraits(blurred.stacks).cubes);
   // A normalised field has one value per point, so three views of it require the same as one. Few iterations:
   // over many, rounding makes the two fits diverge.
-  Settings one = quickSettings(4), three = one;
+  Settings one = quickSettings(4);
+  one.consistency = false; // compares the Gaussians alone
+  Settings three = one;
   three.allAxes = true;
   const ReconstructionInput input = isotropicInput();
   const auto a = reconstruct(input, one), b = reconstruct(input, three);

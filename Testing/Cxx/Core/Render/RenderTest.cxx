@@ -274,7 +274,7 @@ TEST(RenderingOfDetail, AddsItInsideItsBoxThroughEveryPath) {
     for (int a = 0; a < 3; ++a)
       in = in && x[a] >= -0.5 && x[a] <= static_cast<double>(field.residual.geometry.size[a]) - 0.5;
     inside += in;
-    const double expected = without.voxels[v] + (in ? sampleLinear(field.residual, x) : 0.f);
+    const double expected = without.voxels[v] + (in ? sampleCubic(field.residual, x) : 0);
     ASSERT_NEAR(with.voxels[v], expected, 1e-5);
     ASSERT_NEAR(queried[v], expected, 1e-5);
   }
