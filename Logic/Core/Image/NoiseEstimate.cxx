@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace innergs {
 namespace {
 
 struct Sample {
   float near, far; // |response of [1 −2 1]⊗[1 −2 1]| to neighbours and to pixels two apart: 6σ of white noise
+  float own; // that of neighbours to the slice less the mean of the slices beside it, likewise; NaN: unknown
   float gradient; // squared; antisymmetric filters, so independent of the noise in these
 };
 
@@ -71,6 +73,21 @@ double secondDifference(const float* p, std::int64_t w, std::int64_t step) {
          p[r + step];
 }
 
+/// What the slices beside it do not show of a pixel's second difference; NaN where one is not known.
+float ownDifference(const Volume& volume, std::span<const std::uint8_t> mask, std::int64_t centre,
+                    std::int64_t k) {
+  const auto& n = volume.geometry.size;
+  const std::int64_t w = n[0], plane = n[0] * n[1];
+  constexpr double kWhite = 1.2247448713915890; // √(1 + 2/4): of white noise
+  if (k < 1 || k + 1 >= n[2]) return std::numeric_limits<float>::quiet_NaN();
+  if (!mask.empty() && !(allInside(mask, centre - plane, w, 1) && allInside(mask, centre + plane, w, 1)))
+    return std::numeric_limits<float>::quiet_NaN();
+  const float* p = volume.voxels.data() + centre;
+  return static_cast<float>(std::abs(secondDifference(p, w, 1) - 0.5 * (secondDifference(p - plane, w, 1) +
+                                                                        secondDifference(p + plane, w, 1))) /
+                            kWhite);
+}
+
 Samples collect(const Volume& volume, std::span<const std::uint8_t> mask, double threshold,
                 std::int64_t sliceStep) {
   const auto& n = volume.geometry.size;
@@ -93,6 +110,7 @@ Samples collect(const Volume& volume, std::span<const std::uint8_t> mask, double
         const double gx = double(p[1]) - p[-1] + 0.5 * (double(p[1 - w]) - p[-1 - w] + p[1 + w] - p[-1 + w]);
         const double gy = double(p[w]) - p[-w] + 0.5 * (double(p[w - 1]) - p[-w - 1] + p[w + 1] - p[-w + 1]);
         samples.usable.push_back({static_cast<float>(std::abs(near)), static_cast<float>(std::abs(far)),
+                                  ownDifference(volume, mask, centre, k),
                                   static_cast<float>(gx * gx + gy * gy)});
       }
   return samples;
@@ -119,6 +137,7 @@ double thresholdInside(const std::vector<float>& voxels, std::span<const std::ui
 /// Median absolute second differences where the image is flattest; 0 for label images.
 struct SecondDifferences {
   double near = 0, far = 0; // of neighbours and of pixels two apart, as deviations of white noise
+  double ownShare = 1;      // of neighbours: what the slices on either side do not show, over all
 };
 
 SecondDifferences secondDifferences(const Volume& volume, std::span<const std::uint8_t> mask) {
@@ -135,25 +154,36 @@ SecondDifferences secondDifferences(const Volume& volume, std::span<const std::u
   const auto keep = std::max<std::size_t>(std::min(samples.size(), kFewest), samples.size() / 3);
   std::nth_element(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(keep - 1), samples.end(),
                    [](const Sample& a, const Sample& b) { return a.gradient < b.gradient; });
-  std::vector<float> near(keep), far(keep);
+  std::vector<float> near(keep), far(keep), own, between;
   for (std::size_t s = 0; s < keep; ++s) {
     near[s] = samples[s].near;
     far[s] = samples[s].far;
+    if (!std::isfinite(samples[s].own)) continue;
+    own.push_back(samples[s].own);
+    between.push_back(samples[s].near);
   }
   constexpr double toDeviation = 1 / (0.6745 * 6);
-  return {toDeviation * interpolatedMedian(near), toDeviation * interpolatedMedian(far)};
+  SecondDifferences found{toDeviation * interpolatedMedian(near), toDeviation * interpolatedMedian(far)};
+  if (own.size() >= kFewest)
+    if (const double all = interpolatedMedian(between); all > 0)
+      found.ownShare = std::min(1.0, interpolatedMedian(own) / all);
+  return found;
 }
 
 } // namespace
 
 double estimateNoise(const Volume& volume, std::span<const std::uint8_t> mask) {
-  const auto [near, far] = secondDifferences(volume, mask);
+  const auto [near, far, ownShare] = secondDifferences(volume, mask);
   // White noise is as strong at both distances, texture is not.
   return std::min(near, std::sqrt(std::max(0.0, kTexture * near * near - far * far) / (kTexture - 1)));
 }
 
 double estimateFineDetail(const Volume& volume, std::span<const std::uint8_t> mask) {
   return secondDifferences(volume, mask).near;
+}
+
+double ownShareOfDetail(const Volume& volume, std::span<const std::uint8_t> mask) {
+  return secondDifferences(volume, mask).ownShare;
 }
 
 } // namespace innergs

@@ -16,4 +16,9 @@ double estimateNoise(const Volume& volume, std::span<const std::uint8_t> mask = 
 /// images.
 double estimateFineDetail(const Volume& volume, std::span<const std::uint8_t> mask = {});
 
+/// The share of an image's fine detail (a ratio of standard deviations, 0 … 1) that the slices on either side
+/// do not show: about 1 where slices have their own noise, less where they are smooth across (interpolated or
+/// overlapping slices). 1 where too little is known.
+double ownShareOfDetail(const Volume& volume, std::span<const std::uint8_t> mask = {});
+
 } // namespace innergs

@@ -13,6 +13,7 @@
 #include "Core/Job/SlicePrediction.h"
 #include "Core/Job/TimeEstimate.h"
 #include "Core/Prediction/CandidateLattice.h"
+#include "Core/Prediction/PredictionNoise.h"
 
 #include <algorithm>
 #include <atomic>
@@ -184,15 +185,18 @@ void ReconstructionRun::choose() {
   traits_ = measureTraits(prepared_.stacks, map_);
   if (result_.sliceMotion.moved && std::isfinite(result_.sliceMotion.psnrAfter))
     traits_.disagreement = std::pow(10, -result_.sliceMotion.psnrAfter / 20);
+  result_.noise = traits_.noise * map_.scale;
   if (predicts(settings_, traits_)) {
+    const double noise = unpredictedNoise(prepared_.stacks.front(), traits_.noise);
+    predictionNoise_ = noise * map_.scale;
     SlicePrediction prediction(
-        prepared_, settings_, input_.predictionParts, traits_.noise * map_.scale,
+        prepared_, settings_, input_.predictionParts, predictionNoise_,
         [this](const Stack& slices, const GridGeometry& grid, const Settings& settings, double from,
                double to) { return fieldAlone(slices, grid, settings, from, to); },
         true, progress_, *pool_);
     const Stack& scan = prepared_.stacks.front();
     const GridGeometry lattice = predictionLattice(scan.image.geometry, prepared_.outputGrid);
-    const double share = fieldShareOfNoisy(scan, settings_, traits_.noise, lattice.voxelCount());
+    const double share = fieldShareOfNoisy(scan, settings_, noise, lattice.voxelCount());
     if (share > 0) prediction.keepField();
     predicted_ = prediction.predict();
     result_.prediction = prediction.sentence();
@@ -226,7 +230,6 @@ void ReconstructionRun::choose() {
     key_ = settingsKey(settings_, prepared_.fingerprint);
     refitting_ = true;
   }
-  result_.noise = traits_.noise * map_.scale;
   result_.settings = settings_;
 }
 
@@ -492,8 +495,8 @@ void ReconstructionRun::addResidual() {
     return mixPredictions(options); // refines with them
   double mse;
   if (predicted_)
-    mse = refineToPrediction(field, *predicted_, averaged_, prepared_.stacks.front(), result_.noise, options,
-                             *pool_);
+    mse = refineToPrediction(field, *predicted_, averaged_, prepared_.stacks.front(), predictionNoise_,
+                             options, *pool_);
   else if (traits_.thickness > 0)
     mse = refineToSlices(field, prepared_.stacks, result_.noise, prepared_.range, options, *pool_);
   else

@@ -14,6 +14,7 @@
 #include "Core/Job/SimulatedFit.h"
 #include "Core/Prediction/CandidateLattice.h"
 #include "Core/Prediction/MatrixKernels.h"
+#include "Core/Prediction/PredictionNoise.h"
 
 #include <algorithm>
 #include <chrono>
@@ -148,7 +149,8 @@ bool averagesWithField(const Stack& scan, const GridGeometry& lattice, const Set
     return fieldShareOfNoisy(scan, settings, noise, lattice.voxelCount()) > 0;
   };
   return !scan.image.voxels.empty() && may(1) &&
-         may(estimateNoise(scan.image, scan.observed) / chooseIntensityMap({&scan, 1}).scale);
+         may(unpredictedNoise(scan, estimateNoise(scan.image, scan.observed)) /
+             chooseIntensityMap({&scan, 1}).scale);
 }
 
 /// Voxels for which an iteration of the fit takes as long as aligning the scans.

@@ -8,6 +8,17 @@
 #include <vector>
 
 namespace innergs {
+namespace {
+
+constexpr double kOwn = 0.75; // share of detail from which slices count as independent of each other
+
+} // namespace
+
+double unpredictedNoise(const Stack& scan, double noise) {
+  if (!(noise > 0)) return noise;
+  const double share = ownShareOfDetail(scan.image, scan.observed);
+  return share < kOwn ? share * noise : noise;
+}
 
 void removePredictionNoise(Volume& missed, Stack& predicted, double scanNoise, ThreadPool& pool) {
   const auto& n = missed.geometry.size;

@@ -4,9 +4,13 @@
 
 namespace innergs {
 
-/// Takes noise out of `missed` (predicted − fitted, on the lattice of `predicted`, its units) by wienerFilter()
-/// in every plane, and out of `predicted` likewise. Each plane has its own noise, scanNoise (standard
-/// deviation, the same units) at most. Throws Error(Cancelled).
+/// The part of a scan's noise (standard deviation) that no other of its slices predicts: all of it, unless
+/// the slices are smooth across.
+double unpredictedNoise(const Stack& scan, double noise);
+
+/// Takes noise out of `missed` (predicted − fitted, on the lattice of `predicted`, its units) by
+/// wienerFilter() in every plane, and out of `predicted` likewise. Each plane has its own noise, scanNoise
+/// (standard deviation, the same units) at most. Throws Error(Cancelled).
 void removePredictionNoise(Volume& missed, Stack& predicted, double scanNoise, ThreadPool& pool);
 
 } // namespace innergs

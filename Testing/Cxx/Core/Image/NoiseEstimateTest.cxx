@@ -112,3 +112,23 @@ TEST(NoiseEstimate, MetalDoesNotHideTheNoise) {
   });
   EXPECT_NEAR(estimateNoise(simulateThickStack(flat, 2, 1, 5, 5).image), 5, 0.3);
 }
+
+TEST(NoiseEstimate, SlicesShareDetailWhereTheyAreSmoothAcross) {
+  const Volume flat = volumeOf(grid(64, 64, 24), [](auto, auto, auto) { return 100; });
+  const Volume noisy = simulateThickStack(flat, 2, 1, 5, 5).image;
+  EXPECT_NEAR(ownShareOfDetail(noisy), 1, 0.05);
+  Volume smooth = noisy; // [1 4 6 4 1]/16 across
+  const std::size_t plane = 64 * 64;
+  for (std::size_t v = 2 * plane; v + 2 * plane < noisy.voxels.size(); ++v) {
+    const float* x = noisy.voxels.data() + v;
+    smooth.voxels[v] = (x[-2 * std::ptrdiff_t(plane)] + x[2 * plane] +
+                        4 * (x[-std::ptrdiff_t(plane)] + x[plane]) + 6 * x[0]) /
+                       16;
+  }
+  EXPECT_LT(ownShareOfDetail(smooth), 0.35);
+  // Slices that are not observed say nothing.
+  std::vector<std::uint8_t> everyOther(noisy.voxels.size());
+  for (std::size_t v = 0; v < everyOther.size(); ++v)
+    everyOther[v] = v / plane % 2 == 0;
+  EXPECT_EQ(ownShareOfDetail(smooth, everyOther), 1);
+}

@@ -79,5 +79,15 @@ TEST(PredictionNoise, TextureIsNone) {
   EXPECT_GT(rms(c.missed), 0.97 * before);
 }
 
+TEST(PredictionNoise, OfSlicesThatRepeatEachOtherIsPredicted) {
+  Stack scan;
+  scan.image = volumeOf(grid(64, 64, 12), [](auto, auto, auto) { return 100; });
+  addNoise(scan.image.voxels, kNoise, std::uint64_t{3});
+  EXPECT_EQ(unpredictedNoise(scan, kNoise), kNoise);
+  for (std::size_t v = 64 * 64; v < scan.image.voxels.size(); ++v)
+    scan.image.voxels[v] = scan.image.voxels[v - 64 * 64];
+  EXPECT_EQ(unpredictedNoise(scan, kNoise), 0);
+}
+
 } // namespace
 } // namespace innergs::testing
