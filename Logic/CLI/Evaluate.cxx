@@ -184,7 +184,8 @@ Subcommand addEvaluate(CLI::App& app) {
       ->check(CLI::NonNegativeNumber);
   command
       ->add_option("--withheld", o->withheld,
-                   "Paper: fraction of each plane's slices withheld [0.05]; scans: of each scan's [0.2]")
+                   "Paper: fraction of each plane's slices withheld [0.05]; scans: of each scan's, a third "
+                   "at most [0.2]")
       ->type_name("F")
       ->check(CLI::Range(0.001, 0.5));
   command

@@ -33,8 +33,8 @@ public:
 
   bool IsEmpty();
   vtkIdType GetNumberOfGaussians();
-  /// What changes with time: "motion" (Gaussians that move), "intensity" (that change in place); "" when
-  /// empty.
+  /// What changes with time: "motion" or "network" (Gaussians that move), "intensity" (that change in place);
+  /// "" when empty.
   std::string GetKindName();
   /// One line for display.
   std::string GetDescription();

@@ -163,9 +163,8 @@ bool predicts(const Settings& settings, const DataTraits& traits) {
 
 bool addsResidual(const Settings& settings, const DataTraits& traits) {
   if (!settings.consistency || traits.posed) return false;
-  return traits.thickness > 0 ||
-         (!traits.superResolution() && settings.preset != Preset::Paper &&
-          chosenBlending(settings) == Blending::Normalised);
+  return traits.thickness > 0 || (!traits.superResolution() && settings.preset != Preset::Paper &&
+                                  chosenBlending(settings) == Blending::Normalised);
 }
 
 DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map) {
@@ -196,6 +195,15 @@ void fillChoices(Settings& s, const DataTraits& traits) {
 constexpr double kMiddleNoise = 0.014;      // of the intensity range, for a preset's iterations
 constexpr double kDisagreementShare = 0.25; // counted as noise; the rest is what single scans do not show
 constexpr double kFewer = 0.55, kMore = 100. / 60; // of them, at least and at most
+
+constexpr double kThinNoise = 0.01; // of the intensity range: thin slices with less are fitted for longest
+
+/// Iterations for thin slices: their residual grid keeps what is missed, so more would only fit the noise.
+int thinIterations(int fewest, int most, const DataTraits& traits) {
+  const double noise = traits.noise / std::sqrt(static_cast<double>(traits.stacks));
+  const double share = std::min(1.0, std::pow(kThinNoise / std::max(noise, 1e-9), 1.5));
+  return std::max(fewest, static_cast<int>(std::lround(most * share)));
+}
 
 /// Number of Gaussians and iterations; for distant slices, also the layout and bounds of the Gaussians.
 void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
@@ -250,6 +258,8 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     budget = static_cast<std::int64_t>((traits.region ? 1.5 : 1.0) * voxels /
                                        std::array{100.0, 50.0, 16.0}[level]);
     iterations = std::array{60, 200, 400}[level];
+    if (addsResidual(settings, traits))
+      iterations = thinIterations(std::array{60, 30, 30}[level], iterations, traits);
     plan.coarseIterations = 8;
     if (settings.relocate && *settings.densifyEvery == 0 && settings.initialisation == Initialisation::Grid) {
       plan.relocateEvery = 5;

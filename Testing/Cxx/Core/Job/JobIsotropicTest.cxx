@@ -1,4 +1,5 @@
 // One scan whose voxels are cubes: nothing has to be invented between its slices.
+#include "Core/Fit/Plan.h"
 #include "JobInputs.h"
 
 #include <cmath>
@@ -43,14 +44,36 @@ TEST(JobIsotropic, ShowsTheScanOnItsOwnVoxels) {
 }
 
 TEST(JobIsotropic, LosesNoiseAndNothingElse) {
-  const Volume truth = scene(lattice);
+  const Volume truth = phantom(lattice);
   for (const double noise : {2.0, 6.0}) {
     Volume noisy = truth;
-    innergs::testing::addNoise(noisy.voxels, noise, std::uint64_t{3});
+    innergs::addNoise(noisy.voxels, noise, std::uint64_t{3});
     const double with = psnr(reconstruct(scanOf(noisy), quickSettings()).volume, truth);
     EXPECT_GT(with, psnr(noisy, truth)) << noise;
     EXPECT_GT(with, psnr(reconstruct(scanOf(noisy), without(quickSettings())).volume, truth)) << noise;
   }
+}
+
+TEST(JobIsotropic, NoisyScansAreFittedForFewerIterations) {
+  Settings settings = quickSettings();
+  settings.preset = Preset::Balanced;
+  settings.iterations.reset();
+  const Volume clean = scene(lattice);
+  Volume noisy = clean;
+  innergs::addNoise(noisy.voxels, 10, std::uint64_t{3});
+  const auto iterations = [&](const Volume& volume, const Settings& given) {
+    const IntensityMap map = chooseIntensityMap(scanOf(volume).stacks);
+    Settings filled = given;
+    return makePlan(filled, measureTraits(scanOf(volume).stacks, map)).iterations;
+  };
+  EXPECT_EQ(iterations(clean, settings), 200);
+  EXPECT_EQ(iterations(noisy, settings), 30);
+  EXPECT_EQ(iterations(noisy, without(settings)), 200); // no residual grid keeps the rest
+  const double fitted = psnr(reconstruct(scanOf(noisy), settings).volume, clean);
+  Settings longer = settings;
+  longer.iterations = 200;
+  EXPECT_EQ(iterations(noisy, longer), 200);
+  EXPECT_GT(fitted, psnr(reconstruct(scanOf(noisy), longer).volume, clean) - 0.05);
 }
 
 TEST(JobIsotropic, OnFinerVoxelsIsBetterThanLinearInterpolation) {
