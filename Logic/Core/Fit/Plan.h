@@ -25,8 +25,8 @@ struct DataTraits {
 /// Whether the fit of these data starts with a prediction of what lies between the slices; the field is then
 /// fitted to an isotropic volume.
 bool predicts(const Settings& settings, const DataTraits& traits);
-/// Whether a fit without a prediction is completed by a residual grid: of thick slices, and of
-/// thin ones that lie close together (normalised blending), unless slices came with poses.
+/// Whether a fit without a prediction is completed by a residual grid: of thick slices, and of thin ones that
+/// lie close together (normalised blending), unless slices came with poses.
 bool addsResidual(const Settings& settings, const DataTraits& traits);
 /// The traits that the lattices alone determine: voxel, gap, thickness, stacks, volume (as if all were
 /// observed), posed, cubes; and a typical noise.
