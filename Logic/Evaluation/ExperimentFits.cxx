@@ -106,7 +106,7 @@ const FitOutcome& ExperimentFits::run(const std::string& label, const Settings& 
   ReconstructionInput whole;
   whole.stacks = input.stacks;
   whole.outputGrid = input.truth.geometry;
-  outcome.memory = estimateMemory(whole, heldOut ? settings : paperSettings(settings));
+  outcome.memory = estimateMemory(whole, heldOut ? settings : withoutResidualGrid(settings));
   whole = {};
   double rendering = 0; // since when
   options.progress = [&](const Progress& p) {

@@ -182,14 +182,14 @@ EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::u
   return input;
 }
 
-Settings paperSettings(Settings settings) {
+Settings withoutResidualGrid(Settings settings) {
   settings.consistency = false;
   return settings;
 }
 
 EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& given) {
   EvaluationOptions options = given;
-  options.settings = paperSettings(options.settings);
+  options.settings = withoutResidualGrid(options.settings);
   const bool perPlane = options.gaussians && chosenBlending(options.settings) == Blending::Alpha;
   EvaluationInput input = paperInput(volume, options.withheldFraction, options.settings.seed, perPlane);
   EvaluationReport report;

@@ -11,7 +11,7 @@ EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::u
 
 /// The settings of a fit that the protocol judges: without the residual grid, which would hold the very
 /// voxels that the other planes show.
-Settings paperSettings(Settings settings);
+Settings withoutResidualGrid(Settings settings);
 
 /// Throws Error(InvalidArgument) if the volume is too small, NoData if it is constant.
 /// Alpha blending is fitted to the planes' own stacks and scored on each, rendered along it.

@@ -167,11 +167,16 @@ bool addsResidual(const Settings& settings, const DataTraits& traits) {
                                   chosenBlending(settings) == Blending::Normalised);
 }
 
+double noiseOf(std::span<const Stack> stacks, const IntensityMap& map) {
+  double noise = 0;
+  for (const Stack& stack : stacks)
+    noise = std::max(noise, estimateNoise(stack.image, stack.observed) / map.scale);
+  return noise;
+}
+
 DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map) {
   DataTraits t = geometryTraits(stacks);
-  t.noise = 0;
-  for (const Stack& stack : stacks)
-    t.noise = std::max(t.noise, estimateNoise(stack.image, stack.observed) / map.scale);
+  t.noise = noiseOf(stacks, map);
   forEachSample(stacks, [&](float) { ++t.samples; });
   t.volume = unionVolume(
       stacks, [](const Stack& stack, std::size_t v) { return std::isfinite(stack.image.voxels[v]); });

@@ -28,6 +28,8 @@ bool predicts(const Settings& settings, const DataTraits& traits);
 /// Whether a fit without a prediction is completed by a residual grid: of thick slices, and of thin ones that
 /// lie close together (normalised blending), unless slices came with poses.
 bool addsResidual(const Settings& settings, const DataTraits& traits);
+/// The largest noise (standard deviation) of the stacks, in units of the map.
+double noiseOf(std::span<const Stack> stacks, const IntensityMap& map);
 /// The traits that the lattices alone determine: voxel, gap, thickness, stacks, volume (as if all were
 /// observed), posed, cubes; and a typical noise.
 DataTraits geometryTraits(std::span<const Stack> stacks);

@@ -10,10 +10,11 @@ namespace {
 
 struct Sample {
   float near, far; // |response of [1 −2 1]⊗[1 −2 1]| to neighbours and to pixels two apart: 6σ of white noise
-  float own; // that of neighbours to the slice less the mean of the slices beside it, likewise; NaN: unknown
+  float own; // the part of `near` that the slices on either side do not show; NaN: unknown or not asked for
   float gradient; // squared; antisymmetric filters, so independent of the noise in these
 };
 
+constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 constexpr double kTexture = 4; // variance of natural images at pixels two apart, over that of neighbours
 
 // Median of values that may be quantised: ties are spread evenly over their quantisation step.
@@ -73,15 +74,15 @@ double secondDifference(const float* p, std::int64_t w, std::int64_t step) {
          p[r + step];
 }
 
-/// What the slices beside it do not show of a pixel's second difference; NaN where one is not known.
+/// Sample::own; NaN where one of the slices on either side is not known.
 float ownDifference(const Volume& volume, std::span<const std::uint8_t> mask, std::int64_t centre,
                     std::int64_t k) {
   const auto& n = volume.geometry.size;
   const std::int64_t w = n[0], plane = n[0] * n[1];
   constexpr double kWhite = 1.2247448713915890; // √(1 + 2/4): of white noise
-  if (k < 1 || k + 1 >= n[2]) return std::numeric_limits<float>::quiet_NaN();
+  if (k < 1 || k + 1 >= n[2]) return kUnknown;
   if (!mask.empty() && !(allInside(mask, centre - plane, w, 1) && allInside(mask, centre + plane, w, 1)))
-    return std::numeric_limits<float>::quiet_NaN();
+    return kUnknown;
   const float* p = volume.voxels.data() + centre;
   return static_cast<float>(std::abs(secondDifference(p, w, 1) - 0.5 * (secondDifference(p - plane, w, 1) +
                                                                         secondDifference(p + plane, w, 1))) /
@@ -89,7 +90,7 @@ float ownDifference(const Volume& volume, std::span<const std::uint8_t> mask, st
 }
 
 Samples collect(const Volume& volume, std::span<const std::uint8_t> mask, double threshold,
-                std::int64_t sliceStep) {
+                std::int64_t sliceStep, bool withOwn) {
   const auto& n = volume.geometry.size;
   Samples samples;
   for (std::int64_t k = 0; k < n[2]; k += sliceStep)
@@ -110,7 +111,7 @@ Samples collect(const Volume& volume, std::span<const std::uint8_t> mask, double
         const double gx = double(p[1]) - p[-1] + 0.5 * (double(p[1 - w]) - p[-1 - w] + p[1 + w] - p[-1 + w]);
         const double gy = double(p[w]) - p[-w] + 0.5 * (double(p[w - 1]) - p[-w - 1] + p[w + 1] - p[-w + 1]);
         samples.usable.push_back({static_cast<float>(std::abs(near)), static_cast<float>(std::abs(far)),
-                                  ownDifference(volume, mask, centre, k),
+                                  withOwn ? ownDifference(volume, mask, centre, k) : kUnknown,
                                   static_cast<float>(gx * gx + gy * gy)});
       }
   return samples;
@@ -137,18 +138,20 @@ double thresholdInside(const std::vector<float>& voxels, std::span<const std::ui
 /// Median absolute second differences where the image is flattest; 0 for label images.
 struct SecondDifferences {
   double near = 0, far = 0; // of neighbours and of pixels two apart, as deviations of white noise
-  double ownShare = 1;      // of neighbours: what the slices on either side do not show, over all
+  double ownShare = 1;      // of `near`: what the slices on either side do not show; 1: unknown
 };
 
-SecondDifferences secondDifferences(const Volume& volume, std::span<const std::uint8_t> mask) {
+SecondDifferences secondDifferences(const Volume& volume, std::span<const std::uint8_t> mask,
+                                    bool withOwnShare = false) {
   const auto& n = volume.geometry.size;
   if (n[0] < 5 || n[1] < 5 || !hasThreeValues(volume.voxels)) return {};
   const std::int64_t sliceStep = std::max<std::int64_t>(1, volume.geometry.voxelCount() / 4'000'000);
   // Above Otsu's threshold: the noise in air is Rician, with a different deviation.
-  auto [samples, constant] = collect(volume, mask, thresholdInside(volume.voxels, mask), sliceStep);
+  auto [samples, constant] =
+      collect(volume, mask, thresholdInside(volume.voxels, mask), sliceStep, withOwnShare);
   if (constant > samples.size()) return {};
   if (!mask.empty() && samples.size() < kFewest)
-    return secondDifferences(volume, {}); // too few: uses the whole scan
+    return secondDifferences(volume, {}, withOwnShare); // too few: uses the whole scan
   if (samples.empty()) return {};
   // Edges would pass for noise, so only the flattest third counts.
   const auto keep = std::max<std::size_t>(std::min(samples.size(), kFewest), samples.size() / 3);
@@ -183,7 +186,7 @@ double estimateFineDetail(const Volume& volume, std::span<const std::uint8_t> ma
 }
 
 double ownShareOfDetail(const Volume& volume, std::span<const std::uint8_t> mask) {
-  return secondDifferences(volume, mask).ownShare;
+  return secondDifferences(volume, mask, true).ownShare;
 }
 
 } // namespace innergs

@@ -15,8 +15,8 @@ double refineToSlices(GaussianField& field, std::span<const Stack> slices, doubl
                       const ValueRange& range, RenderOptions options, ThreadPool& pool,
                       std::span<Stack> predictions = {}, double share = 0);
 
-/// The same for thin slices, of one scan or several: what the Gaussians miss at the scans' own voxels, without the
-/// noise that a Wiener filter finds in the mean of the scans.
+/// The same for thin slices, of one scan or several: what the Gaussians miss at the scans' own voxels,
+/// without the noise that a Wiener filter finds in the mean of the scans.
 double refineToThinScans(GaussianField& field, std::span<const Stack> scans, double noise,
                          RenderOptions options, ThreadPool& pool);
 

@@ -143,14 +143,8 @@ bool moves(const std::vector<Stack>& stacks, const Settings& settings) {
   return settings.sliceMotion == SliceMotionKind::On && correctsSlices(settings, stacks);
 }
 
-/// The largest noise of the scans, as a share of their intensity range; `otherwise` without their voxels.
-double knownNoise(const std::vector<Stack>& stacks, double otherwise) {
-  double noise = 0;
-  for (const Stack& stack : stacks) {
-    if (stack.image.voxels.empty()) return otherwise;
-    noise = std::max(noise, estimateNoise(stack.image, stack.observed));
-  }
-  return noise / chooseIntensityMap(stacks).scale;
+bool haveVoxels(const std::vector<Stack>& stacks) {
+  return std::none_of(stacks.begin(), stacks.end(), [](const Stack& s) { return s.image.voxels.empty(); });
 }
 
 /// Whether a scan, if its voxels are here, is so noisy that its prediction is averaged with a field.
@@ -331,8 +325,9 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
   DataTraits traits = geometryTraits(input.stacks);
   const bool moved = moves(input.stacks, settings);
   if (moved) traits = withMovedSlices(traits);
-  if (!settings.iterations && traits.thickness == 0 && addsResidual(settings, traits))
-    traits.noise = knownNoise(input.stacks, traits.noise);
+  if (!settings.iterations && traits.thickness == 0 && addsResidual(settings, traits) &&
+      haveVoxels(input.stacks)) // the noise decides how many iterations there are
+    traits.noise = noiseOf(input.stacks, chooseIntensityMap(input.stacks));
   // Share of the fitted voxels: Gaussians extend a few voxels, or a slice, beyond the mask.
   const double masked = maskedShare(input, traits.volume, std::max(traits.gap, 3 * traits.voxel));
   Settings filled = settings;
