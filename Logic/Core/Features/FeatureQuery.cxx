@@ -41,7 +41,7 @@ public:
     work.embeddings.resize(static_cast<std::size_t>(voxels * stride));
     features_.decoder->decode(latents, voxels, kernels_, work.hidden, work.embeddings.data());
     work.products.assign(static_cast<std::size_t>(voxels * columns_), 0.f);
-    kernels_.multiplyAdd(
+    kernels_.multiply(
         {voxels, stride, columns_, work.embeddings.data(), stride, 1, texts_.data(), work.products.data()});
   }
 

@@ -18,7 +18,6 @@ constexpr double kMostFitted = 10e6; // voxels of a field that takes longer than
 // not worth a fit.
 constexpr double kLittleNoise = 0.01, kMuchNoise = 0.02;
 constexpr double kThinShare = 0.3, kThickShare = 0.6, kLeastFieldShare = 0.05;
-constexpr double kOverhead = 1.5; // all that a network does, relative to its products alone
 // In multiply-adds, as PredictionCost.
 constexpr double kChoosing = 3e10, kChoosingVoxel = 4e4; // once, and per voxel of the scan
 constexpr double kMixing = 2e3, kBackProjecting = 2e3;   // per voxel of the prediction
@@ -118,7 +117,7 @@ double learningCost(const GridGeometry& scan, const GridGeometry& lattice, Predi
   options.grid = lattice;
   const PredictionOperations each =
       predictionOperations(scan, options).perThread(threadCount(settings.threads));
-  return kOverhead * (each.learning + each.applying);
+  return each.learning + each.applying;
 }
 
 PredictionCost predictionCost(const Stack& scan, const GridGeometry& lattice, const Settings& settings) {

@@ -12,64 +12,6 @@ constexpr float kLeak = 0.1f; // slope of the rectifier below 0; with 0, channel
 constexpr int kTaps = 3;      // of a convolution, along each axis
 constexpr int kPatch = PatchFeatures::stride;
 
-/// Images with a border of zeros: rows of `width` samples (a border column at each end), one row above and
-/// one below, and one sample before and after all.
-struct Bordered {
-  std::int64_t width, samples; // of the image, including border columns
-  int channels;
-
-  Bordered(const PatchFeatures& features, int imageChannels)
-      : width(features.paddedColumns()), samples(features.samples()), channels(imageChannels) {}
-  std::size_t size() const { return static_cast<std::size_t>((samples + 2 * width + 2) * channels); }
-  std::int64_t first() const { return (width + 1) * channels; } // index of the image's first sample
-  /// Where the first sample's neighbourhood starts in a row of taps.
-  std::int64_t tapRow(int row) const { return first() + ((row - kTaps / 2) * width - kTaps / 2) * channels; }
-};
-
-void fillBias(float* image, std::int64_t samples, int channels, const float* bias) {
-  for (std::int64_t s = 0; s < samples; ++s)
-    std::copy_n(bias, channels, image + s * channels);
-}
-
-void clearBorders(float* image, std::int64_t rows, std::int64_t width, int channels) {
-  for (std::int64_t r = 0; r < rows; ++r) {
-    std::fill_n(image + r * width * channels, channels, 0.f);
-    std::fill_n(image + ((r + 1) * width - 1) * channels, channels, 0.f);
-  }
-}
-
-void rectify(float* values, std::int64_t count) {
-  for (std::int64_t i = 0; i < count; ++i)
-    values[i] = std::max(values[i], kLeak * values[i]); // no branch: random signs would defeat its prediction
-}
-
-void rectifyBack(const float* activation, float* gradient, std::int64_t count) {
-  for (std::int64_t i = 0; i < count; ++i)
-    gradient[i] *= activation[i] > 0 ? 1.0f : kLeak;
-}
-
-void addSums(const float* image, std::int64_t samples, int channels, float* sums) {
-  // Sums that may alias the image would stay in memory; channels are a multiple of 16.
-  constexpr int lanes = 16;
-  for (int c = 0; c < channels; c += lanes) {
-    float sum[lanes] = {};
-    for (std::int64_t s = 0; s < samples; ++s)
-      for (int l = 0; l < lanes; ++l)
-        sum[l] += image[s * channels + c + l];
-    for (int l = 0; l < lanes; ++l)
-      sums[c + l] += sum[l];
-  }
-}
-
-/// Computes `count` samples from sample `at` on; out: of all samples.
-void convolve(const Bordered& in, const float* image, const float* weights, int outputs, std::int64_t at,
-              std::int64_t count, const MatrixKernels& kernels, float* out) {
-  for (int row = 0; row < kTaps; ++row)
-    kernels.multiplyAdd(
-        {count, kTaps * in.channels, outputs, image + in.tapRow(row) + at * in.channels, in.channels, 1,
-         weights + static_cast<std::int64_t>(row) * kTaps * in.channels * outputs, out + at * outputs});
-}
-
 } // namespace
 
 ConvolutionNetwork::ConvolutionNetwork(const Shape& shape, std::uint64_t seed) : shape_(shape) {
@@ -86,6 +28,12 @@ ConvolutionNetwork::ConvolutionNetwork(const Shape& shape, std::uint64_t seed) :
   for (int layer = 1; layer < last; ++layer)
     draw(layerWeights(layer), kTaps * kTaps * channels * channels,
          static_cast<double>(kTaps * kTaps * channels));
+}
+
+double ConvolutionNetwork::productsPerSample(const Shape& shape) {
+  const double convolved =
+      kTaps * kTaps * shape.channels * (shape.layers * shape.channels + outputStride(shape.phases));
+  return kPatch * shape.channels + convolved * WinogradConvolution::productShare;
 }
 
 std::size_t ConvolutionNetwork::firstBias() const {
@@ -112,84 +60,84 @@ std::vector<ConvolutionNetwork::Matrix> ConvolutionNetwork::matrices() const {
   return all;
 }
 
-void ConvolutionNetwork::forward(const PatchFeatures& features, const MatrixKernels& kernels,
-                                 Workspace& work) const {
-  const Bordered image(features, shape_.channels);
-  const float* p = parameters_.data();
-  work.activations.resize(static_cast<std::size_t>(shape_.layers) + 1);
-  for (int layer = 0; layer <= shape_.layers; ++layer) {
-    auto& activation = work.activations[layer];
-    if (activation.size() != image.size() || !features.spans.empty()) activation.assign(image.size(), 0.f);
-    float* out = activation.data() + image.first();
-    features.forComputed([&](std::int64_t at, std::int64_t count) {
-      float* here = out + at * shape_.channels;
-      fillBias(here, count, shape_.channels, p + (layer == 0 ? firstBias() : layerBias(layer)));
-      if (layer == 0)
-        kernels.multiplyAdd({count, PatchFeatures::count, shape_.channels,
-                             features.values.data() + at * kPatch, kPatch, 1, p + firstWeights(), here});
-      else
-        convolve(image, work.activations[layer - 1].data(), p + layerWeights(layer), shape_.channels, at,
-                 count, kernels, out);
-      rectify(here, count * shape_.channels);
-    });
-    clearBorders(out, features.slices, image.width, shape_.channels);
-  }
-  const int last = shape_.layers + 1, outputs = outputsOf(last);
-  work.outputs.resize(static_cast<std::size_t>(image.samples) * outputs);
-  features.forComputed([&](std::int64_t at, std::int64_t count) {
-    fillBias(work.outputs.data() + at * outputs, count, outputs, p + layerBias(last));
-    convolve(image, work.activations[shape_.layers].data(), p + layerWeights(last), outputs, at, count,
-             kernels, work.outputs.data());
-  });
-}
-
-std::vector<float> ConvolutionNetwork::transposedWeights() const {
-  std::vector<float> transposed(parameters_.size(), 0.f);
+ConvolutionNetwork::Transforms ConvolutionNetwork::transforms() const {
+  Transforms all;
   const int channels = shape_.channels;
   for (int layer = 1; layer <= shape_.layers + 1; ++layer) {
     const int outputs = outputsOf(layer);
-    const float* from = parameters_.data() + layerWeights(layer);
-    float* to = transposed.data() + layerWeights(layer);
+    const float* weights = parameters_.data() + layerWeights(layer);
+    all.forward.push_back(WinogradConvolution::transformed(weights, channels, outputs));
+    std::vector<float> transposed(static_cast<std::size_t>(kTaps * kTaps) * channels * outputs);
     for (int tap = 0; tap < kTaps * kTaps; ++tap)
       for (int i = 0; i < channels; ++i)
         for (int o = 0; o < outputs; ++o)
-          to[((kTaps * kTaps - 1 - tap) * outputs + o) * channels + i] =
-              from[(tap * channels + i) * outputs + o];
+          transposed[((kTaps * kTaps - 1 - tap) * outputs + o) * channels + i] =
+              weights[(tap * channels + i) * outputs + o];
+    all.backward.push_back(WinogradConvolution::transformed(transposed.data(), outputs, channels));
   }
-  return transposed;
+  return all;
+}
+
+void ConvolutionNetwork::forward(const PatchFeatures& features, const Transforms& transforms,
+                                 const MatrixKernels& kernels, Workspace& work) const {
+  const BorderedImage image{features.slices, features.columns, shape_.channels};
+  if (work.image != image || work.activations.size() != static_cast<std::size_t>(shape_.layers) + 1)
+    work.activations.assign(static_cast<std::size_t>(shape_.layers) + 1,
+                            std::vector<float>(image.size(), 0.f));
+  work.image = image;
+  const float* p = parameters_.data();
+  float* first = work.activations[0].data() + image.row(0);
+  features.forComputed([&](std::int64_t at, std::int64_t count) {
+    float* here = first + at * shape_.channels;
+    kernels.multiply({.rows = count,
+                      .depth = PatchFeatures::count,
+                      .columns = shape_.channels,
+                      .a = features.values.data() + at * kPatch,
+                      .rowStep = kPatch,
+                      .b = p + firstWeights(),
+                      .c = here,
+                      .add = false});
+    kernels.activate(count, shape_.channels, p + firstBias(), kLeak, here);
+  });
+  for (int s = 0; s < features.slices; ++s)
+    clearOutside(image, features.spans.empty() ? ColumnSpan{0, features.columns} : features.spans[s],
+                 first + s * image.width() * shape_.channels);
+  const int last = shape_.layers + 1;
+  work.outputs.resize(static_cast<std::size_t>(features.samples()) * outputsOf(last));
+  for (int layer = 1; layer <= last; ++layer)
+    work.convolution.convolve(
+        image, work.activations[layer - 1].data(), transforms.forward[layer - 1], outputsOf(layer),
+        features.spans, p + layerBias(layer), layer < last ? kLeak : 1, kernels,
+        layer < last ? work.activations[layer].data() + image.row(0) : work.outputs.data());
 }
 
 void ConvolutionNetwork::backward(const PatchFeatures& features, const std::vector<float>& outputGradient,
-                                  const std::vector<float>& transposed, const MatrixKernels& kernels,
-                                  Workspace& work, std::vector<float>& gradient) const {
-  const Bordered image(features, shape_.channels);
+                                  const Transforms& transforms, const MatrixKernels& kernels, Workspace& work,
+                                  std::vector<float>& gradient) const {
+  const BorderedImage& image = work.image;
   const int last = shape_.layers + 1;
-  // The gradient with respect to a layer's outputs, with a border of zeros.
-  const Bordered lastImage(features, outputsOf(last));
-  work.gradient.assign(lastImage.size(), 0.f);
-  std::copy(outputGradient.begin(), outputGradient.end(), work.gradient.begin() + lastImage.first());
-  for (int layer = last; layer >= 0; --layer) {
-    const Bordered outer(features, outputsOf(layer));
-    const float* by = work.gradient.data() + outer.first();
-    addSums(by, outer.samples, outer.channels,
-            gradient.data() + (layer == 0 ? firstBias() : layerBias(layer)));
+  const std::vector<float> noBias(static_cast<std::size_t>(shape_.channels), 0.f);
+  // The gradient with respect to a layer's outputs.
+  BorderedImage outer{image.rows, image.columns, outputsOf(last)};
+  work.gradient.assign(outer.size(), 0.f);
+  std::copy(outputGradient.begin(), outputGradient.end(), work.gradient.begin() + outer.row(0));
+  for (int layer = last; layer >= 0; --layer, outer = image) {
+    const float* by = work.gradient.data() + outer.row(0);
+    kernels.addSums(features.samples(), outer.channels, by,
+                    gradient.data() + (layer == 0 ? firstBias() : layerBias(layer)));
     if (layer == 0) {
-      kernels.multiplyAdd({PatchFeatures::count, image.samples, shape_.channels, features.values.data(), 1,
-                           kPatch, by, gradient.data() + firstWeights()});
+      kernels.multiply({PatchFeatures::count, features.samples(), shape_.channels, features.values.data(), 1,
+                        kPatch, by, gradient.data() + firstWeights()});
       break;
     }
-    const float* input = work.activations[layer - 1].data();
-    for (int row = 0; row < kTaps; ++row)
-      kernels.multiplyAdd({kTaps * image.channels, image.samples, outer.channels, input + image.tapRow(row),
-                           1, image.channels, by,
-                           gradient.data() + layerWeights(layer) +
-                               static_cast<std::size_t>(row) * kTaps * image.channels * outer.channels});
-    work.previous.assign(image.size(), 0.f);
-    float* in = work.previous.data() + image.first();
-    convolve(outer, work.gradient.data(), transposed.data() + layerWeights(layer), shape_.channels, 0,
-             image.samples, kernels, in);
-    rectifyBack(input + image.first(), in, image.samples * image.channels);
-    clearBorders(in, features.slices, image.width, image.channels);
+    const std::vector<float>& input = work.activations[layer - 1];
+    work.convolution.addWeightGradient(image, input.data(), outer.channels, work.gradient.data(), kernels,
+                                       gradient.data() + layerWeights(layer));
+    if (work.previous.size() != image.size()) work.previous.assign(image.size(), 0.f);
+    float* in = work.previous.data() + image.row(0);
+    work.convolution.convolve(outer, work.gradient.data(), transforms.backward[layer - 1], image.channels, {},
+                              noBias.data(), 1, kernels, in);
+    kernels.activateBack(features.samples(), image.channels, input.data() + image.row(0), kLeak, in);
     work.gradient.swap(work.previous);
   }
 }

@@ -1,6 +1,5 @@
 #pragma once
-#include "Core/Prediction/MatrixKernels.h"
-#include "Core/Prediction/PatchFeatures.h"
+#include "Core/Prediction/WinogradConvolution.h"
 
 namespace innergs {
 
@@ -16,6 +15,9 @@ public:
     bool operator==(const Shape&) const = default;
   };
 
+  /// Multiply-adds of a forward pass for one sample, as WinogradConvolution does them.
+  static double productsPerSample(const Shape& shape);
+
   /// How far samples see each other, along each axis, beyond their own patches.
   int reach() const { return shape_.layers + 1; }
 
@@ -27,10 +29,17 @@ public:
   };
   std::vector<Matrix> matrices() const;
 
+  /// The 3×3 layers' weights as forward() and backward() need them, at the points of WinogradConvolution.
+  struct Transforms {
+    std::vector<std::vector<float>> forward, backward; // of layer 1 … layers + 1
+  };
+
   /// The memory of one pass; grows as needed and is reusable.
   struct Workspace {
-    std::vector<std::vector<float>> activations; // per layer, with one border row above and below
+    BorderedImage image;
+    std::vector<std::vector<float>> activations; // per layer
     std::vector<float> outputs, gradient, previous;
+    WinogradConvolution convolution;
   };
 
   /// Draws the weights from `seed`; the last layer starts at 0.
@@ -42,17 +51,17 @@ public:
 
   /// Computes work.outputs[sample][outputStride(phases)] for the samples of the features that are computed.
   /// The channels of the others count as 0, which shows within reach() of them.
-  void forward(const PatchFeatures& features, const MatrixKernels& kernels, Workspace& work) const;
+  /// `transforms`: of the current parameters.
+  void forward(const PatchFeatures& features, const Transforms& transforms, const MatrixKernels& kernels,
+               Workspace& work) const;
 
   /// Adds the gradient of a loss to `gradient` (size of parameters()), given its derivative by the outputs of
-  /// the last forward() with `work`: same shape as the outputs, 0 at the features' borders.
-  /// `transposed`: transposedWeights() of the current parameters.
+  /// the last forward() with `work`, of all samples: same shape as the outputs, 0 at the features' borders.
   void backward(const PatchFeatures& features, const std::vector<float>& outputGradient,
-                const std::vector<float>& transposed, const MatrixKernels& kernels, Workspace& work,
+                const Transforms& transforms, const MatrixKernels& kernels, Workspace& work,
                 std::vector<float>& gradient) const;
 
-  /// The weights in the layout of the backward pass.
-  std::vector<float> transposedWeights() const;
+  Transforms transforms() const;
 
 private:
   std::size_t firstWeights() const { return 0; }

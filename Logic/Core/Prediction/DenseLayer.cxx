@@ -16,7 +16,7 @@ void DenseLayer::forward(const float* parameters, const float* x, std::int64_t s
                          const MatrixKernels& kernels, float* y) const {
   for (std::int64_t s = 0; s < samples; ++s)
     std::copy_n(parameters + bias(), outputs, y + s * outputs);
-  kernels.multiplyAdd({samples, inputs, outputs, x, inputs, 1, parameters + at, y});
+  kernels.multiply({samples, inputs, outputs, x, inputs, 1, parameters + at, y});
   if (!rectified) return;
   for (std::int64_t i = 0; i < samples * outputs; ++i)
     y[i] = std::max(y[i], 0.f);
@@ -39,10 +39,10 @@ void DenseLayer::backward(const float* x, const float* y, std::int64_t samples,
   for (std::int64_t s = 0; s < samples; ++s)
     for (std::int64_t o = 0; o < outputs; ++o)
       gradient[bias() + o] += yGradient[s * outputs + o];
-  kernels.multiplyAdd({inputs, samples, outputs, x, 1, inputs, yGradient, gradient + at});
+  kernels.multiply({inputs, samples, outputs, x, 1, inputs, yGradient, gradient + at});
   if (!xGradient) return;
   std::fill_n(xGradient, samples * inputs, 0.f);
-  kernels.multiplyAdd({samples, outputs, inputs, yGradient, outputs, 1, transposed.data(), xGradient});
+  kernels.multiply({samples, outputs, inputs, yGradient, outputs, 1, transposed.data(), xGradient});
 }
 
 } // namespace innergs

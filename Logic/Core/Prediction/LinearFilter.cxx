@@ -151,7 +151,7 @@ PatchFilter learnFilter(const TrainingPlanes& planes, const SliceSampling& sampl
     makePair(planes.learning[place.plane], place, sampling, shape.slices, shape.columns, pairNoise, random,
              pair);
     PatchFeatures features;
-    makeFeatures(pair.low.data(), pair.slices, pair.columns, 0, features);
+    makeFeatures(pair.low.data(), pair.slices, pair.columns, 0, kernels, features);
     const std::int64_t samples = features.samples();
     std::vector<float> rest(static_cast<std::size_t>(samples) * outputs, 0.f);
     applyFilter(interpolation, features, kernels, rest.data());
@@ -176,8 +176,8 @@ PatchFilter learnFilter(const TrainingPlanes& planes, const SliceSampling& sampl
       part.cross.resize(static_cast<std::size_t>(kStride) * outputs, 0.f);
       const std::int64_t width = features.paddedColumns();
       const float* f = features.values.data() + s * width * kStride;
-      kernels.multiplyAdd({kStride, width, kStride, f, 1, kStride, f, part.square.data()});
-      kernels.multiplyAdd(
+      kernels.multiply({kStride, width, kStride, f, 1, kStride, f, part.square.data()});
+      kernels.multiply(
           {kStride, width, outputs, f, 1, kStride, rest.data() + s * width * outputs, part.cross.data()});
     }
   });
@@ -217,9 +217,8 @@ void applyFilter(const PatchFilter& filter, const PatchFeatures& features, const
       std::int64_t last = std::min(end, (begin / width + 1) * width);
       while (last < end && &weightsOf(static_cast<int>(last / width)) == &weights)
         last = std::min(end, last + width);
-      kernels.multiplyAdd({last - begin, PatchFeatures::count, outputs,
-                           features.values.data() + begin * kStride, kStride, 1, weights.data(),
-                           out + begin * outputs});
+      kernels.multiply({last - begin, PatchFeatures::count, outputs, features.values.data() + begin * kStride,
+                        kStride, 1, weights.data(), out + begin * outputs});
       begin = last;
     }
   });

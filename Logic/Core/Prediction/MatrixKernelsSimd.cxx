@@ -10,13 +10,24 @@
 #include <hwy/highway.h>
 
 // after foreach_target.h
+#include "Core/Prediction/SimdLayers-inl.h"
 #include "Core/Prediction/SimdMatrix-inl.h"
+#include "Core/Prediction/SimdTiles-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace innergs::HWY_NAMESPACE {
 
 MatrixKernels simdMatrixKernels() {
-  return {hwy::TargetName(HWY_TARGET), multiplyAdd, adam};
+  return {hwy::TargetName(HWY_TARGET),
+          multiply,
+          inputToPoints,
+          outputOfPoints,
+          gradientToPoints,
+          activate,
+          activateBack,
+          addSums,
+          normalise,
+          adam};
 }
 
 } // namespace innergs::HWY_NAMESPACE

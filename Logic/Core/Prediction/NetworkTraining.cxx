@@ -28,8 +28,9 @@ struct PairWork {
   double loss = 0, counted = 0;
 };
 
-void batchOf(const TrainingPair& pair, int phases, float floor, TrainingBatch& batch) {
-  makeFeatures(pair.low.data(), pair.slices, pair.columns, floor, batch.features);
+void batchOf(const TrainingPair& pair, int phases, float floor, const MatrixKernels& kernels,
+             TrainingBatch& batch) {
+  makeFeatures(pair.low.data(), pair.slices, pair.columns, floor, kernels, batch.features);
   const int side = pair.columns > 4 * kSide ? kSide : 0;
   batch.thin.resize(static_cast<std::size_t>(batch.features.samples()) * phases);
   batch.counts.assign(static_cast<std::size_t>(batch.features.samples()), 0);
@@ -45,11 +46,11 @@ void batchOf(const TrainingPair& pair, int phases, float floor, TrainingBatch& b
 } // namespace
 
 double batchLoss(const ConvolutionNetwork& network, const PatchFilter& filter, const TrainingBatch& batch,
-                 const std::vector<float>& transposed, const MatrixKernels& kernels,
+                 const ConvolutionNetwork::Transforms& transforms, const MatrixKernels& kernels,
                  ConvolutionNetwork::Workspace& work, std::vector<float>& gradient, double& counted) {
   const PatchFeatures& features = batch.features;
   const int outputs = outputStride(filter.phases);
-  network.forward(features, kernels, work);
+  network.forward(features, transforms, kernels, work);
   std::vector<float> rest(work.outputs);
   applyFilter(filter, features, kernels, rest.data());
   double loss = 0;
@@ -69,7 +70,7 @@ double batchLoss(const ConvolutionNetwork& network, const PatchFilter& filter, c
     std::fill(r + filter.phases, r + outputs, 0.f);
     counted += filter.phases;
   }
-  network.backward(features, rest, transposed, kernels, work, gradient);
+  network.backward(features, rest, transforms, kernels, work, gradient);
   return loss;
 }
 
@@ -85,7 +86,7 @@ ConvolutionNetwork trainNetwork(std::span<const TrainingSource> sources, const T
   const std::vector<ConvolutionNetwork::Matrix> matrices = network.matrices();
   constexpr double beta1 = 0.9, beta2 = 0.98;
   for (int step = 0; step < plan.steps; ++step) {
-    const std::vector<float> transposed = network.transposedWeights();
+    const ConvolutionNetwork::Transforms transforms = network.transforms();
     pool.run(plan.pairs, [&](std::int64_t p) {
       PairWork& work = works[p];
       work.random = randomOf(seed + 1, static_cast<std::int64_t>(step) * plan.pairs + p);
@@ -96,9 +97,9 @@ ConvolutionNetwork trainNetwork(std::span<const TrainingSource> sources, const T
       const PairPlace place = randomPlace(from.planes.learning, from.sampling, from.shape, work.random);
       makePair(from.planes.learning[place.plane], place, from.sampling, from.shape.slices, from.shape.columns,
                from.pairNoise, work.random, work.pair);
-      batchOf(work.pair, phases, from.floor, work.batch);
+      batchOf(work.pair, phases, from.floor, kernels, work.batch);
       work.gradient.assign(static_cast<std::size_t>(count), 0.f);
-      work.loss = batchLoss(network, from.filter, work.batch, transposed, kernels, work.network,
+      work.loss = batchLoss(network, from.filter, work.batch, transforms, kernels, work.network,
                             work.gradient, work.counted);
     });
     double counted = 0;

@@ -44,7 +44,7 @@ struct TrainingBatch {
 /// Adds the gradient of the loss on a batch: the sum of squared errors after filter and network, in units of
 /// the patches' deviation. Returns the loss; `counted`: the number of squares in it.
 double batchLoss(const ConvolutionNetwork& network, const PatchFilter& filter, const TrainingBatch& batch,
-                 const std::vector<float>& transposed, const MatrixKernels& kernels,
+                 const ConvolutionNetwork::Transforms& transforms, const MatrixKernels& kernels,
                  ConvolutionNetwork::Workspace& work, std::vector<float>& gradient, double& counted);
 
 } // namespace innergs

@@ -17,16 +17,16 @@ void orthogonalise(std::vector<float>& values, std::int64_t rows, std::int64_t c
   std::vector<float> gram(size), next;
   for (int step = 0; step < 5; ++step) {
     gram.assign(size, 0.f);
-    kernels.multiplyAdd({columns, rows, columns, values.data(), 1, columns, values.data(), gram.data()});
+    kernels.multiply({columns, rows, columns, values.data(), 1, columns, values.data(), gram.data()});
     // b·G + c·G², G = XᵀX
     std::vector<float> square(size, 0.f);
-    kernels.multiplyAdd({columns, columns, columns, gram.data(), columns, 1, gram.data(), square.data()});
+    kernels.multiply({columns, columns, columns, gram.data(), columns, 1, gram.data(), square.data()});
     for (std::size_t i = 0; i < size; ++i)
       square[i] = b * gram[i] + c * square[i];
     next.resize(values.size());
     for (std::size_t i = 0; i < values.size(); ++i)
       next[i] = a * values[i];
-    kernels.multiplyAdd({rows, columns, columns, values.data(), columns, 1, square.data(), next.data()});
+    kernels.multiply({rows, columns, columns, values.data(), columns, 1, square.data(), next.data()});
     values.swap(next);
   }
 }

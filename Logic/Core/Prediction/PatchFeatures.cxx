@@ -1,7 +1,6 @@
 #include "Core/Prediction/PatchFeatures.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace innergs {
 namespace {
@@ -15,37 +14,8 @@ int reflected(int i, int n) {
 
 } // namespace
 
-void normalisePatch(float floor, float* values, float& mean, float& deviation) {
-  constexpr int lanes = 16;
-  float sums[lanes] = {};
-  values[PatchFeatures::count] = 0;
-  for (int i = 0; i < PatchFeatures::stride; i += lanes)
-    for (int l = 0; l < lanes; ++l)
-      sums[l] += values[i + l];
-  float sum = 0;
-  for (const float s : sums)
-    sum += s;
-  mean = sum / PatchFeatures::count;
-  for (int i = 0; i < PatchFeatures::stride; ++i)
-    values[i] -= mean;
-  values[PatchFeatures::count] = 0;
-  deviation = 1;
-  if (floor <= 0) return;
-  float squares[lanes] = {};
-  for (int i = 0; i < PatchFeatures::stride; i += lanes)
-    for (int l = 0; l < lanes; ++l)
-      squares[l] += values[i + l] * values[i + l];
-  sum = 0;
-  for (const float s : squares)
-    sum += s;
-  deviation = std::sqrt(sum / PatchFeatures::count + floor * floor);
-  const float scale = 1 / deviation;
-  for (int i = 0; i < PatchFeatures::stride; ++i)
-    values[i] *= scale;
-}
-
-void makeFeatures(const float* low, int stack, int columns, float floor, PatchFeatures& features, int before,
-                  int after, std::span<const ColumnSpan> spans) {
+void makeFeatures(const float* low, int stack, int columns, float floor, const MatrixKernels& kernels,
+                  PatchFeatures& features, int before, int after, std::span<const ColumnSpan> spans) {
   constexpr int halfRows = PatchFeatures::rows / 2, halfWidth = PatchFeatures::width / 2;
   const int slices = stack + before + after;
   features.slices = slices;
@@ -70,8 +40,8 @@ void makeFeatures(const float* low, int stack, int columns, float floor, PatchFe
   for (int s = 0; s < slices; ++s) {
     std::fill_n(features.values.data() + features.at(s, -1) * PatchFeatures::stride, PatchFeatures::stride,
                 0.f);
-    std::fill_n(features.values.data() + features.at(s, columns) * PatchFeatures::stride,
-                PatchFeatures::stride, 0.f);
+    std::fill(features.values.data() + features.at(s, columns) * PatchFeatures::stride,
+              features.values.data() + features.at(s + 1, -1) * PatchFeatures::stride, 0.f);
     const float* rows[PatchFeatures::rows];
     for (int r = 0; r < PatchFeatures::rows; ++r)
       rows[r] =
@@ -82,7 +52,7 @@ void makeFeatures(const float* low, int stack, int columns, float floor, PatchFe
       float* out = features.values.data() + at * PatchFeatures::stride;
       for (int r = 0; r < PatchFeatures::rows; ++r)
         std::copy_n(rows[r] + c, PatchFeatures::width, out + r * PatchFeatures::width);
-      normalisePatch(floor, out, features.mean[at], features.deviation[at]);
+      kernels.normalise(PatchFeatures::count, floor, out, features.mean[at], features.deviation[at]);
     }
   }
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Prediction/MatrixKernels.h"
 #include "Core/Prediction/SliceSampling.h"
 
 #include <span>
@@ -10,6 +11,11 @@ struct ColumnSpan {
   int first = 0, last = 0;
 };
 
+/// Columns in tiles of 4, with one more at each end.
+constexpr std::int64_t paddedColumnsOf(std::int64_t columns) {
+  return (columns + 3) / 4 * 4 + 2;
+}
+
 /// The inputs of a linear filter and a network for every sample of an image of slices [slice][column]: the
 /// samples around it, minus their mean, divided by their deviation.
 struct PatchFeatures {
@@ -17,16 +23,14 @@ struct PatchFeatures {
 
   int slices = 0, columns = 0;
   int before = 0, after = 0; // how many of the slices lie beyond each end of the stack
-  std::vector<float> values; // [slice][1 + columns + 1][stride]
-  // Of the patch, image units; [slice][1 + columns + 1].
+  std::vector<float> values; // [slice][paddedColumns()][stride]
+  // Of the patch, image units; [slice][paddedColumns()].
   std::vector<float> mean, deviation;
   std::vector<ColumnSpan> spans; // of each slice, the only samples that are computed; empty: all
 
-  int paddedColumns() const { return columns + 2; }
-  std::int64_t samples() const { return static_cast<std::int64_t>(slices) * paddedColumns(); }
-  std::int64_t at(int slice, int column) const {
-    return static_cast<std::int64_t>(slice) * paddedColumns() + column + 1;
-  }
+  std::int64_t paddedColumns() const { return paddedColumnsOf(columns); }
+  std::int64_t samples() const { return slices * paddedColumns(); }
+  std::int64_t at(int slice, int column) const { return slice * paddedColumns() + column + 1; }
   /// Calls run(first sample, count) for the samples that are computed.
   template <typename Run>
   void forComputed(Run&& run) const {
@@ -39,11 +43,9 @@ struct PatchFeatures {
 /// low: [slice][column] of a stack of `stack` slices, continued by reflection, also for the `before` and
 /// `after` slices beyond its ends. `floor`: minimum of the deviation, image units; 0: values are not divided,
 /// and the deviation is 1. spans: one per slice, those beyond the ends included; empty: all samples.
-void makeFeatures(const float* low, int stack, int columns, float floor, PatchFeatures& features,
-                  int before = 0, int after = 0, std::span<const ColumnSpan> spans = {});
-
-/// Normalises one sample in place: `values` holds its patch [rows][width], padded to stride.
-void normalisePatch(float floor, float* values, float& mean, float& deviation);
+void makeFeatures(const float* low, int stack, int columns, float floor, const MatrixKernels& kernels,
+                  PatchFeatures& features, int before = 0, int after = 0,
+                  std::span<const ColumnSpan> spans = {});
 
 /// Outputs per sample, one per phase, padded to the columns of a product.
 inline int outputStride(int phases) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <mutex>
 
 namespace innergs {
 namespace {
@@ -25,6 +27,34 @@ int floorDivide(int a, int b) {
   return a >= 0 ? a / b : -((b - 1 - a) / b);
 }
 
+/// The memory for one plane, reused by others.
+struct PlaneWork {
+  std::vector<float> slices, sum, output;
+  std::vector<ColumnSpan> spans;
+  PatchFeatures features;
+  ConvolutionNetwork::Workspace network;
+};
+
+/// As many as there are planes computed at a time.
+class PlaneWorks {
+public:
+  std::unique_ptr<PlaneWork> take() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) return std::make_unique<PlaneWork>();
+    std::unique_ptr<PlaneWork> work = std::move(free_.back());
+    free_.pop_back();
+    return work;
+  }
+  void giveBack(std::unique_ptr<PlaneWork> work) {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(work));
+  }
+
+private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<PlaneWork>> free_;
+};
+
 /// The planes that contain one in-plane axis and the normal.
 class Planes {
 public:
@@ -46,17 +76,15 @@ public:
   }
 
   /// thin: the samples of the thin lattice, of which it sets the plane's.
-  void predict(std::int64_t plane, std::span<const Flip> flips, const MatrixKernels& kernels,
+  void predict(std::int64_t plane, std::span<const Flip> flips, const MatrixKernels& kernels, PlaneWork& work,
                std::vector<float>& thin) const {
     const int phases = model_.sampling.phases;
     const int outputs = outputStride(phases);
     const int twiceCentre = static_cast<int>(std::lround(2 * model_.sampling.centre));
-    std::vector<float> slices(static_cast<std::size_t>(slices_) * columns_), output;
-    std::vector<float> sum(static_cast<std::size_t>(rows_) * columns_, 0.f);
-    ConvolutionNetwork::Workspace work;
-    PatchFeatures features;
+    auto& [slices, sum, output, spans, features, network] = work;
+    slices.resize(static_cast<std::size_t>(slices_) * columns_);
+    sum.assign(static_cast<std::size_t>(rows_) * columns_, 0.f);
     const std::vector<ColumnSpan> computed = spansOf(plane);
-    std::vector<ColumnSpan> spans;
     for (const Flip flip : flips) {
       const int before = flip.rows ? after_ : before_, after = flip.rows ? before_ : after_;
       const auto sliceOf = [&](int s) { return flip.rows ? slices_ - 1 - s : s; };
@@ -72,8 +100,8 @@ public:
         const ColumnSpan span = computed[std::clamp(sliceOf(s - before), 0, slices_ - 1)];
         spans.push_back(flip.columns ? ColumnSpan{columns_ - span.last, columns_ - span.first} : span);
       }
-      makeFeatures(slices.data(), slices_, columns_, model_.floor, features, before, after, spans);
-      predictSamples(model_, features, kernels, work, output);
+      makeFeatures(slices.data(), slices_, columns_, model_.floor, kernels, features, before, after, spans);
+      predictSamples(model_, features, kernels, network, output);
       for (int s = 0; s < features.slices; ++s)
         for (int q = 0; q < phases; ++q) {
           const int phase = model_.sampling.firstPhase + q;
@@ -130,7 +158,7 @@ private:
 void predictSamples(const SliceModel& model, const PatchFeatures& features, const MatrixKernels& kernels,
                     ConvolutionNetwork::Workspace& work, std::vector<float>& output) {
   if (model.network) {
-    model.network->forward(features, kernels, work);
+    model.network->forward(features, model.transforms, kernels, work);
     output.swap(work.outputs);
   } else {
     output.assign(static_cast<std::size_t>(features.samples()) * outputStride(model.filter.phases), 0.f);
@@ -147,14 +175,18 @@ std::array<std::vector<float>, 2> applyAcrossSlices(const SliceModel& model, con
   const double all = static_cast<double>(n[0] + n[1]);
   constexpr std::int64_t band = 16; // planes per progress report
   std::array<std::vector<float>, 2> predicted;
+  PlaneWorks works;
   for (const int axis : {0, 1}) {
     const std::vector<Flip> flips = flipsOf(reflections, model.sampling, axis);
     predicted[axis].resize(static_cast<std::size_t>(thin.voxelCount()));
     const Planes planes(model, image, wanted, thin, axis);
     const std::int64_t count = n[1 - axis];
     for (std::int64_t start = 0; start < count; start += band) {
-      pool.run(std::min(band, count - start),
-               [&](std::int64_t p) { planes.predict(start + p, flips, kernels, predicted[axis]); });
+      pool.run(std::min(band, count - start), [&](std::int64_t p) {
+        std::unique_ptr<PlaneWork> work = works.take();
+        planes.predict(start + p, flips, kernels, *work, predicted[axis]);
+        works.giveBack(std::move(work));
+      });
       if (progress)
         progress(static_cast<double>((axis == 1 ? n[1] : 0) + std::min(count, start + band)) / all);
     }

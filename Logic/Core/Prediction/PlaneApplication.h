@@ -14,7 +14,8 @@ struct SliceModel {
   SliceSampling sampling;
   PatchFilter filter;
   std::optional<ConvolutionNetwork> network;
-  float floor = 0; // minimum of the patches' deviation, image units
+  ConvolutionNetwork::Transforms transforms; // of the network
+  float floor = 0;                           // minimum of the patches' deviation, image units
 };
 
 /// How often a plane is predicted: unreflected only, or with reflections.

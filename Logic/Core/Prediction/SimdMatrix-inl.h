@@ -35,19 +35,22 @@ HWY_NOINLINE void block(const MatrixProduct& p, const float* a, const float* b, 
   HWY_UNROLL(12)
   for (int r = 0; r < rows; ++r)
     for (int v = 0; v < vectors; ++v)
-      sum[r][v] = hn::LoadU(d, c + r * p.columns + v * lanes);
-  for (std::int64_t k = 0; k < p.depth; ++k) {
-    V right[vectors];
-    for (int v = 0; v < vectors; ++v)
-      right[v] = hn::LoadU(d, b + v * lanes);
-    HWY_UNROLL(12)
-    for (int r = 0; r < rows; ++r) {
-      const V left = hn::Set(d, a[r * p.rowStep]);
+      sum[r][v] = p.add ? hn::LoadU(d, c + r * p.columns + v * lanes) : hn::Zero(d);
+  for (std::int64_t s = 0; s < p.segments; ++s) {
+    const float* at = a + s * p.segmentStep;
+    for (std::int64_t k = 0; k < p.depth; ++k) {
+      V right[vectors];
       for (int v = 0; v < vectors; ++v)
-        sum[r][v] = hn::MulAdd(left, right[v], sum[r][v]);
+        right[v] = hn::LoadU(d, b + v * lanes);
+      HWY_UNROLL(12)
+      for (int r = 0; r < rows; ++r) {
+        const V left = hn::Set(d, at[r * p.rowStep]);
+        for (int v = 0; v < vectors; ++v)
+          sum[r][v] = hn::MulAdd(left, right[v], sum[r][v]);
+      }
+      at += p.step;
+      b += p.columns;
     }
-    a += p.step;
-    b += p.columns;
   }
   HWY_UNROLL(12)
   for (int r = 0; r < rows; ++r)
@@ -62,7 +65,11 @@ void stripe(const MatrixProduct& p, std::int64_t column) {
     block<rows, vectors>(p, p.a + m * p.rowStep, p.b + column, p.c + m * p.columns + column);
     m += rows;
   };
-  while (m + kRows <= p.rows)
+  // Single rows take as long as four, so the last ones come in blocks of four where that leaves none.
+  std::int64_t fours = 0;
+  while (fours < 2 && (p.rows - 4 * fours) % kRows != 0)
+    ++fours;
+  while (m + kRows <= p.rows - 4 * fours)
     step.template operator()<kRows>();
   while (m + 4 <= p.rows)
     step.template operator()<4>();
@@ -70,31 +77,13 @@ void stripe(const MatrixProduct& p, std::int64_t column) {
     step.template operator()<1>();
 }
 
-void multiplyAdd(const MatrixProduct& p) {
+void multiply(const MatrixProduct& p) {
   constexpr std::int64_t lanes = static_cast<std::int64_t>(hn::MaxLanes(D()));
   std::int64_t column = 0;
   for (; column + 2 * lanes <= p.columns; column += 2 * lanes)
     stripe<2>(p, column);
   for (; column + lanes <= p.columns; column += lanes)
     stripe<1>(p, column);
-}
-
-void adam(const AdamScalars& s, std::int64_t count, const float* gradient, float* moment1, float* moment2,
-          float* parameters) {
-  const D d;
-  constexpr std::int64_t lanes = static_cast<std::int64_t>(hn::MaxLanes(D()));
-  const V beta1 = hn::Set(d, s.beta1), beta2 = hn::Set(d, s.beta2), new1 = hn::Set(d, 1 - s.beta1),
-          new2 = hn::Set(d, 1 - s.beta2), scale2 = hn::Set(d, s.scale2), rate = hn::Set(d, s.rate),
-          tiny = hn::Set(d, 1e-8f);
-  for (std::int64_t i = 0; i + lanes <= count; i += lanes) { // count is a multiple of 16
-    const V g = hn::LoadU(d, gradient + i);
-    const V m1 = hn::MulAdd(beta1, hn::LoadU(d, moment1 + i), hn::Mul(new1, g));
-    const V m2 = hn::MulAdd(beta2, hn::LoadU(d, moment2 + i), hn::Mul(new2, hn::Mul(g, g)));
-    hn::StoreU(m1, d, moment1 + i);
-    hn::StoreU(m2, d, moment2 + i);
-    const V change = hn::Div(hn::Mul(rate, m1), hn::Add(hn::Sqrt(hn::Mul(m2, scale2)), tiny));
-    hn::StoreU(hn::Sub(hn::LoadU(d, parameters + i), change), d, parameters + i);
-  }
 }
 
 } // namespace innergs::HWY_NAMESPACE

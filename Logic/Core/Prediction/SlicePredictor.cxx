@@ -26,6 +26,8 @@ constexpr double kMostRounds = 40; // passes over a small scan
 constexpr int kFewestSteps = 200;
 constexpr double kAligned = 1e-3;
 constexpr double kUsualDetail = 0.7; // share of the voxels in a DetailMask
+// What a pass of a network does per sample beside products, in multiply-adds that take as long.
+constexpr double kBesideProducts = 15e3;
 
 double ratioOf(const GridGeometry& stack) {
   return stack.spacing[2] / std::min(stack.spacing[0], stack.spacing[1]);
@@ -277,9 +279,9 @@ PredictionOperations operationsOf(PredictionEffort level, const GridGeometry& st
   const Effort effort = effortOf(level);
   const TrainingPlan& plan = effort.training;
   const int phases = thinLatticeFor(options.grid.value_or(predictionGrid(stack)), stack).phases;
-  const ConvolutionNetwork network({phases, plan.channels, plan.layers}, options.seed);
-  const auto weights = static_cast<double>(network.parameters().size()),
-             voxels = static_cast<double>(stack.voxelCount());
+  const double pass =
+      ConvolutionNetwork::productsPerSample({phases, plan.channels, plan.layers}) + kBesideProducts;
+  const auto voxels = static_cast<double>(stack.voxelCount());
   const auto samples = static_cast<double>(std::min<std::int64_t>(plan.most.slices, stack.size[2]) *
                                            std::min<std::int64_t>(plan.most.columns, stack.size[0]));
   const double rounds = kMostRounds * 2 * voxels / (plan.pairs * samples * phases);
@@ -287,8 +289,8 @@ PredictionOperations operationsOf(PredictionEffort level, const GridGeometry& st
   const double reflections = effort.reflections == Reflections::None  ? 1
                              : effort.reflections == Reflections::Two ? 2
                                                                       : 4;
-  return {3 * steps * plan.pairs * samples * weights, // forward, and backward twice
-          2 * reflections * kUsualDetail * voxels * weights};
+  return {3 * steps * plan.pairs * samples * pass, // forward, and backward twice
+          2 * reflections * kUsualDetail * voxels * pass};
 }
 
 /// Errors on the held-out planes, per phase, in image units.
@@ -318,7 +320,7 @@ Measured measure(const SliceModel& model, const TrainingPlanes& planes, const Pa
     makePair(planes.measuring[place.plane], place, model.sampling, shape.slices, shape.columns, pairNoise,
              random, pair);
     PatchFeatures features;
-    makeFeatures(pair.low.data(), pair.slices, pair.columns, model.floor, features);
+    makeFeatures(pair.low.data(), pair.slices, pair.columns, model.floor, kernels, features);
     ConvolutionNetwork::Workspace work;
     std::vector<float> network;
     predictSamples(model, features, kernels, work, network);
@@ -486,6 +488,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
     SliceModel trained = model;
     trained.network = trainNetwork({&source, 1}, plan, options.seed, kernels, pool,
                                    [&](double f) { report(PredictionPhase::Learning, learned + part * f); });
+    trained.transforms = trained.network->transforms();
     learned += part;
     const Measured found = measureModel(trained);
     if (found.errors.network > (best ? best->errors.network : found.errors.filter)) continue;

@@ -17,27 +17,110 @@ std::vector<float> randomFloats(std::size_t count, std::uint64_t seed) {
 }
 
 TEST(MatrixKernels, AllInstructionSetsMultiplyAsTheScalarReference) {
-  struct Case {
-    std::int64_t rows, depth, columns, rowStep, step;
-  };
-  // Ordinary, transposed, and overlapping rows as in a convolution; also rows that do not fill a block.
-  const Case cases[] = {{1, 1, 16, 1, 1}, {13, 63, 32, 64, 1}, {64, 29, 48, 1, 64}, {27, 96, 16, 32, 1}};
-  for (const Case& c : cases) {
-    const auto a =
-        randomFloats(static_cast<std::size_t>((c.rows - 1) * c.rowStep + (c.depth - 1) * c.step + 1), 1);
-    const auto b = randomFloats(static_cast<std::size_t>(c.depth * c.columns), 2);
+  // Ordinary, transposed, and with overlapping rows; rows that do not fill a block; segments that lie apart.
+  const MatrixProduct cases[] = {{.rows = 1, .depth = 1, .columns = 16, .rowStep = 1},
+                                 {.rows = 13, .depth = 63, .columns = 32, .rowStep = 64},
+                                 {.rows = 64, .depth = 29, .columns = 48, .rowStep = 1, .step = 64},
+                                 {.rows = 27, .depth = 96, .columns = 16, .rowStep = 32, .add = false},
+                                 {.rows = 32,
+                                  .depth = 16,
+                                  .columns = 32,
+                                  .rowStep = 16,
+                                  .segments = 3,
+                                  .segmentStep = 40,
+                                  .add = false}};
+  for (MatrixProduct c : cases) {
+    const auto a = randomFloats(static_cast<std::size_t>((c.rows - 1) * c.rowStep + (c.depth - 1) * c.step +
+                                                         (c.segments - 1) * c.segmentStep + 1),
+                                1);
+    const auto b = randomFloats(static_cast<std::size_t>(c.segments * c.depth * c.columns), 2);
     const auto start = randomFloats(static_cast<std::size_t>(c.rows * c.columns), 3);
-    std::vector<float> expected = start;
-    scalarMatrixKernels().multiplyAdd(
-        {c.rows, c.depth, c.columns, a.data(), c.rowStep, c.step, b.data(), expected.data()});
-    EXPECT_NE(expected, start);
+    std::vector<double> expected(start.begin(), start.end());
+    for (std::int64_t m = 0; m < c.rows; ++m)
+      for (std::int64_t n = 0; n < c.columns; ++n) {
+        double& sum = expected[m * c.columns + n];
+        if (!c.add) sum = 0;
+        for (std::int64_t s = 0; s < c.segments; ++s)
+          for (std::int64_t k = 0; k < c.depth; ++k)
+            sum += static_cast<double>(a[m * c.rowStep + s * c.segmentStep + k * c.step]) *
+                   b[(s * c.depth + k) * c.columns + n];
+      }
+    c.a = a.data();
+    c.b = b.data();
     for (const MatrixKernels& set : matrixKernelSets()) {
       std::vector<float> out = start;
-      set.multiplyAdd({c.rows, c.depth, c.columns, a.data(), c.rowStep, c.step, b.data(), out.data()});
+      c.c = out.data();
+      set.multiply(c);
       for (std::size_t i = 0; i < out.size(); ++i)
         ASSERT_NEAR(out[i], expected[i], 2e-5) << set.name << " " << i;
     }
   }
+}
+
+TEST(MatrixKernels, AllInstructionSetsTransformTilesAsTheScalarReference) {
+  constexpr int channels = 32;
+  const ImageTiles tiles{3, channels, 5 * channels};
+  const auto columns = randomFloats((3 * ImageTiles::width + 2) * channels, 8),
+             points = randomFloats(ImageTiles::points * 5 * channels, 9), biases = randomFloats(channels, 10);
+  const auto all = [&](const MatrixKernels& set) {
+    std::vector<float> input(points.size(), 0.f), gradient = input, output(columns.size(), 0.f);
+    set.inputToPoints(tiles, columns.data(), input.data());
+    set.gradientToPoints(tiles, columns.data(), gradient.data());
+    set.outputOfPoints(tiles, points.data(), biases.data(), 0.1f, output.data());
+    for (const auto* more : {&gradient, &output})
+      input.insert(input.end(), more->begin(), more->end());
+    return input;
+  };
+  const auto expected = all(scalarMatrixKernels());
+  for (const MatrixKernels& set : matrixKernelSets()) {
+    const auto out = all(set);
+    for (std::size_t i = 0; i < out.size(); ++i)
+      ASSERT_NEAR(out[i], expected[i], 1e-5) << set.name << " " << i;
+  }
+}
+
+TEST(MatrixKernels, AllInstructionSetsActivateAsTheScalarReference) {
+  constexpr int channels = 32, samples = 5;
+  const auto values = randomFloats(samples * channels, 11), biases = randomFloats(channels, 12);
+  const auto all = [&](const MatrixKernels& set) {
+    std::vector<float> out = values, gradient = values, sums = biases;
+    set.activate(samples, channels, biases.data(), 0.1f, out.data());
+    set.activateBack(samples, channels, out.data(), 0.1f, gradient.data());
+    set.addSums(samples, channels, values.data(), sums.data());
+    for (const auto* more : {&gradient, &sums})
+      out.insert(out.end(), more->begin(), more->end());
+    return out;
+  };
+  const auto expected = all(scalarMatrixKernels());
+  EXPECT_FLOAT_EQ(expected[0], std::max(values[0] + biases[0], 0.1f * (values[0] + biases[0])));
+  for (const MatrixKernels& set : matrixKernelSets()) {
+    const auto out = all(set);
+    for (std::size_t i = 0; i < out.size(); ++i)
+      ASSERT_NEAR(out[i], expected[i], 1e-6) << set.name << " " << i;
+  }
+}
+
+TEST(MatrixKernels, AllInstructionSetsNormalise) {
+  constexpr int count = 63;
+  for (const float floor : {0.f, 0.3f})
+    for (const MatrixKernels& set : matrixKernelSets()) {
+      const auto given = randomFloats(count + 1, 13);
+      std::vector<float> values = given;
+      for (float& v : values)
+        v += 1000; // of which nothing may remain
+      float mean = 0, deviation = 0;
+      set.normalise(count, floor, values.data(), mean, deviation);
+      double sum = 0, squares = 0;
+      for (int i = 0; i < count; ++i)
+        sum += given[i] / count;
+      for (int i = 0; i < count; ++i)
+        squares += (given[i] - sum) * (given[i] - sum) / count;
+      EXPECT_NEAR(mean, 1000 + sum, 1e-3) << set.name;
+      EXPECT_NEAR(deviation, floor > 0 ? std::sqrt(squares + floor * floor) : 1, 1e-3) << set.name;
+      for (int i = 0; i < count; ++i)
+        ASSERT_NEAR(values[i], (given[i] - sum) / deviation, 2e-3) << set.name;
+      EXPECT_EQ(values[count], 0) << set.name;
+    }
 }
 
 TEST(MatrixKernels, AllInstructionSetsStepAsTheScalarReference) {
