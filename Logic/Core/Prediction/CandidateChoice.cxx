@@ -13,7 +13,7 @@ namespace innergs {
 namespace {
 
 constexpr std::int64_t kSlices = 12;                                   // at most, whose images are degraded
-constexpr std::int64_t kLineSamples = 400'000;                         // of the images along one axis, about
+constexpr std::int64_t kLineSamples = 200'000;                         // of the images along one axis, about
 constexpr std::int64_t kFewest = 500;                                  // minimum to judge by
 constexpr double kBlurs[] = {0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1}; // in slice distances
 constexpr int kPlausible = 3;                                          // blurs that the choice hedges between
@@ -32,19 +32,26 @@ struct Lines {
   std::vector<std::uint8_t> inside;
 };
 
-Lines filtered(const Lines& in, std::span<const double> kernel) {
-  Lines out = in;
+/// Filters row n of values [length][width].
+void filterRow(const float* values, std::int64_t length, std::int64_t width, std::span<const double> kernel,
+               std::int64_t n, float* to) {
   const auto reach = static_cast<std::int64_t>(kernel.size() / 2);
-  for (std::int64_t n = 0; n < in.length; ++n) {
-    float* to = out.value.data() + n * in.width;
-    std::fill_n(to, in.width, 0.f);
-    for (std::int64_t t = -reach; t <= reach; ++t) {
-      const float* from = in.value.data() + std::clamp<std::int64_t>(n + t, 0, in.length - 1) * in.width;
-      const auto w = static_cast<float>(kernel[t + reach]);
-      for (std::int64_t i = 0; i < in.width; ++i)
-        to[i] += w * from[i];
-    }
+  std::fill_n(to, width, 0.f);
+  for (std::int64_t t = -reach; t <= reach; ++t) {
+    const float* from = values + std::clamp<std::int64_t>(n + t, 0, length - 1) * width;
+    const auto w = static_cast<float>(kernel[t + reach]);
+    for (std::int64_t i = 0; i < width; ++i)
+      to[i] += w * from[i];
   }
+}
+
+/// Every factor-th row of the filtered values.
+std::vector<float> sampled(const std::vector<float>& values, std::int64_t length, std::int64_t width,
+                           std::span<const double> kernel, std::int64_t factor = 1) {
+  const std::int64_t rows = (length - 1) / factor + 1;
+  std::vector<float> out(static_cast<std::size_t>(rows * width));
+  for (std::int64_t n = 0; n < rows; ++n)
+    filterRow(values.data(), length, width, kernel, n * factor, out.data() + n * width);
   return out;
 }
 
@@ -94,14 +101,16 @@ Lines decimated(const Lines& in, std::int64_t factor, std::int64_t phase = 0) {
   return out;
 }
 
-std::vector<float> interpolated(const Lines& low, const SliceWeights& weights) {
-  std::vector<float> out(weights.first.size() * static_cast<std::size_t>(low.width), 0.f);
+/// low: [slice][width].
+std::vector<float> interpolated(const std::vector<float>& low, std::int64_t width,
+                                const SliceWeights& weights) {
+  std::vector<float> out(weights.first.size() * static_cast<std::size_t>(width), 0.f);
   for (std::size_t z = 0; z < weights.first.size(); ++z) {
-    float* to = out.data() + static_cast<std::int64_t>(z) * low.width;
+    float* to = out.data() + static_cast<std::int64_t>(z) * width;
     for (std::size_t t = 0; t < weights.weight[z].size(); ++t) {
       const float w = weights.weight[z][t];
-      const float* from = low.value.data() + (weights.first[z] + static_cast<std::int64_t>(t)) * low.width;
-      for (std::int64_t i = 0; i < low.width; ++i)
+      const float* from = low.data() + (weights.first[z] + static_cast<std::int64_t>(t)) * width;
+      for (std::int64_t i = 0; i < width; ++i)
         to[i] += w * from[i];
     }
   }
@@ -134,19 +143,25 @@ using Guesses = std::array<std::vector<float>, kCandidates>; // empty: left out
 template <class Counts>
 Errors errorsOf(const Lines& truth, const Guesses& guess, const Counts& counts) {
   Errors errors;
+  std::vector<int> given;
+  for (int c = 0; c < kCandidates; ++c)
+    if (!guess[c].empty()) given.push_back(c);
   for (std::int64_t n = 0; n < truth.length; ++n) {
     if (!counts(n)) continue;
     for (std::int64_t i = n * truth.width; i < (n + 1) * truth.width; ++i) {
       if (!truth.inside[i]) continue;
       double e[kCandidates];
-      for (int c = 0; c < kCandidates; ++c)
-        e[c] = guess[c].empty() ? 0 : static_cast<double>(guess[c][i]) - truth.value[i];
-      for (int a = 0; a < kCandidates; ++a)
-        for (int b = 0; b < kCandidates; ++b)
-          errors.sum[a][b] += e[a] * e[b];
+      for (const int c : given)
+        e[c] = static_cast<double>(guess[c][i]) - truth.value[i];
+      for (const int a : given)
+        for (const int b : given)
+          if (b <= a) errors.sum[a][b] += e[a] * e[b];
       ++errors.samples;
     }
   }
+  for (int a = 0; a < kCandidates; ++a)
+    for (int b = a + 1; b < kCandidates; ++b)
+      errors.sum[a][b] = errors.sum[b][a];
   return errors;
 }
 
@@ -163,13 +178,22 @@ struct SliceView {
   double thickness = 0;
 };
 
-/// The guesses of the candidates from `first` on.
-Guesses guessesFrom(const Lines& low, std::span<const double> at, const SliceView& view, double blur,
+using Weights = std::array<SliceWeights, kCandidates>; // empty: left out
+
+/// The candidates from `first` on, for lines of `length` slices.
+Weights weightsFrom(std::int64_t length, std::span<const double> at, const SliceView& view, double blur,
                     int first = 0) {
-  Guesses guess;
+  Weights weights;
   const Kriging kriging(blur, view.profile, view.thickness);
   for (int c = first; c < kCandidates; ++c)
-    guess[c] = interpolated(low, candidateWeights(static_cast<Candidate>(c), kriging, low.length, at));
+    weights[c] = candidateWeights(static_cast<Candidate>(c), kriging, length, at);
+  return weights;
+}
+
+Guesses guessesBy(const Weights& weights, const Lines& low) {
+  Guesses guess;
+  for (int c = 0; c < kCandidates; ++c)
+    if (!weights[c].first.empty()) guess[c] = interpolated(low.value, low.width, weights[c]);
   return guess;
 }
 
@@ -188,7 +212,7 @@ Errors withheldErrors(const Lines& slices, const SliceView& view, double blur) {
     std::vector<double> at;
     for (std::int64_t n = 0; n < slices.length; ++n)
       at.push_back(0.5 * static_cast<double>(n - phase));
-    const Guesses guess = guessesFrom(kept, at, {}, 0.5 * seenBlur);
+    const Guesses guess = guessesBy(weightsFrom(kept.length, at, {}, 0.5 * seenBlur), kept);
     errors.add(errorsOf(slices, guess, [&](std::int64_t n) {
       return (n - phase) % 2 != 0 && n > phase && n < phase + 2 * (kept.length - 1);
     }));
@@ -197,17 +221,15 @@ Errors withheldErrors(const Lines& slices, const SliceView& view, double blur) {
 }
 
 /// The back-projection step along the axis: x += U S(low − P x), with the weights of spreadingWeights() as S.
-void backProjectLines(std::vector<float>& x, const Lines& low, const Lines& truth,
+void backProjectLines(std::vector<float>& x, const Lines& low, std::int64_t length,
                       std::span<const double> profile, std::int64_t factor, std::span<const double> spreading,
                       const SliceWeights& linear) {
-  Lines now = truth;
   for (int iteration = 0; iteration < kBackProjections; ++iteration) {
-    now.value = x;
-    Lines rest = decimated(filtered(now, profile), factor);
-    for (std::size_t i = 0; i < rest.value.size(); ++i)
-      rest.value[i] = low.value[i] - rest.value[i];
-    const std::vector<float> step =
-        interpolated(spreading.size() > 1 ? filtered(rest, spreading) : rest, linear);
+    std::vector<float> rest = sampled(x, length, low.width, profile, factor);
+    for (std::size_t i = 0; i < rest.size(); ++i)
+      rest[i] = low.value[i] - rest[i];
+    if (spreading.size() > 1) rest = sampled(rest, low.length, low.width, spreading);
+    const std::vector<float> step = interpolated(rest, low.width, linear);
     for (std::size_t i = 0; i < x.size(); ++i)
       x[i] += step[i];
   }
@@ -279,9 +301,18 @@ Lines linesWithin(const Stack& stack, std::span<const float> complete, std::span
   return lines;
 }
 
+/// Images along one in-plane axis, blurred, and what slices that far apart would show of them.
+struct Degraded {
+  Lines truth, low;
+  std::int64_t factor = 0; // low.length to truth.length
+  std::vector<double> profile, at;
+  SliceView view;
+};
+
 /// The outcome of one blur of the in-plane images.
 struct Simulation {
-  double blur = 0;         // mm
+  double blur = 0; // mm
+  std::vector<Degraded> images;
   Errors plain, projected; // against the images; with back-projection
   Errors withheld;         // from withheldErrors() on their slices
   double slopeSum = 0;     // over the axes that show one
@@ -291,39 +322,53 @@ struct Simulation {
   double slope() const { return slopes > 0 ? slopeSum / slopes : 0; }
 };
 
-/// krigingBlur: in slice distances. first: the first candidate to evaluate; with fewer than all candidates,
-/// the slices are not withheld from each other.
-void simulate(const Lines& image, const Stack& stack, double sample, double krigingBlur, int first,
-              Simulation& result) {
+/// Adds the images, unless they are too short.
+void degrade(const Lines& image, const Stack& stack, double sample, Simulation& result) {
   const double distance = stack.image.geometry.spacing[2] / sample;
-  const auto factor = std::max<std::int64_t>(2, std::llround(distance));
-  Lines truth = filtered(image, gaussianKernel(result.blur / sample));
-  truth.length = (truth.length - 1) / factor * factor + 1;
-  truth.value.resize(truth.length * truth.width);
-  truth.inside.resize(truth.value.size());
-  if (truth.length < 4 * factor) return;
-  const std::vector<double> profile = profileKernel(stack, sample);
-  const Lines low = decimated(filtered(truth, profile), factor);
-  const std::vector<double> at = positions(truth.length, 1.0 / static_cast<double>(factor));
-  const bool thick = profile.size() > 1;
-  const SliceView view{thick ? stack.profile : SliceProfile::Point,
-                       effectiveThickness(stack) / sample / static_cast<double>(factor)};
-  Guesses guess = guessesFrom(low, at, view, krigingBlur, first);
-  const auto counts = [&](std::int64_t n) { return thick || n % factor != 0; };
-  result.plain.add(errorsOf(truth, guess, counts));
-  if (thick) {
-    const SliceWeights linear =
-        candidateWeights(Candidate::Linear, Kriging(0, SliceProfile::Point, 0), low.length, at);
-    const std::vector<double> spreading = spreadingWeights(view.profile, view.thickness);
-    for (auto& x : guess)
-      if (!x.empty()) backProjectLines(x, low, truth, profile, factor, spreading, linear);
-    result.projected.add(errorsOf(truth, guess, counts));
+  Degraded d;
+  d.factor = std::max<std::int64_t>(2, std::llround(distance));
+  d.truth = image;
+  d.truth.value = sampled(image.value, image.length, image.width, gaussianKernel(result.blur / sample));
+  d.truth.length = (d.truth.length - 1) / d.factor * d.factor + 1;
+  d.truth.value.resize(d.truth.length * d.truth.width);
+  d.truth.inside.resize(d.truth.value.size());
+  if (d.truth.length < 4 * d.factor) return;
+  d.profile = profileKernel(stack, sample);
+  d.low = decimated(d.truth, d.factor);
+  d.low.value = sampled(d.truth.value, d.truth.length, d.truth.width, d.profile, d.factor);
+  d.at = positions(d.truth.length, 1.0 / static_cast<double>(d.factor));
+  d.view = {d.profile.size() > 1 ? stack.profile : SliceProfile::Point,
+            effectiveThickness(stack) / sample / static_cast<double>(d.factor)};
+  result.images.push_back(std::move(d));
+}
+
+/// The errors of interpolation, and of back-projection where slices are thick.
+void addErrors(const Degraded& d, const Weights& weights, Errors& plain, Errors& projected) {
+  const bool thick = d.profile.size() > 1;
+  Guesses guess = guessesBy(weights, d.low);
+  const auto counts = [&](std::int64_t n) { return thick || n % d.factor != 0; };
+  plain.add(errorsOf(d.truth, guess, counts));
+  if (!thick) return;
+  const SliceWeights linear =
+      candidateWeights(Candidate::Linear, Kriging(0, SliceProfile::Point, 0), d.low.length, d.at);
+  const std::vector<double> spreading = spreadingWeights(d.view.profile, d.view.thickness);
+  for (auto& x : guess)
+    if (!x.empty()) backProjectLines(x, d.low, d.truth.length, d.profile, d.factor, spreading, linear);
+  projected.add(errorsOf(d.truth, guess, counts));
+}
+
+/// Measures all candidates anew. krigingBlur: in slice distances.
+void simulate(Simulation& s, double krigingBlur) {
+  s.plain = s.projected = s.withheld = {};
+  s.slopeSum = 0;
+  s.slopes = 0;
+  for (const Degraded& d : s.images) {
+    addErrors(d, weightsFrom(d.low.length, d.at, d.view, krigingBlur), s.plain, s.projected);
+    s.withheld.add(withheldErrors(d.low, d.view, krigingBlur));
+    const double slope = slopeShare(d.low);
+    s.slopeSum += slope;
+    s.slopes += slope > 0;
   }
-  if (first > 0) return;
-  result.withheld.add(withheldErrors(low, view, krigingBlur));
-  const double slope = slopeShare(low);
-  result.slopeSum += slope;
-  result.slopes += slope > 0;
 }
 
 /// How far a simulation is from what the scan shows.
@@ -399,37 +444,51 @@ std::array<double, kCandidates> rootsOf(const Covariance<kCandidates>& errors) {
   return roots;
 }
 
-/// With the images along both in-plane axes, blurred by `blur` mm; along only one if just its pixels are
-/// finer than the slices' distance.
-Simulation simulated(const Lines (&within)[2], const Stack& stack, double blur, double krigingBlur,
-                     int first) {
+/// The images along both in-plane axes, blurred by `blur` mm; along only one if just its pixels are finer
+/// than the slices' distance.
+Simulation simulationOf(const Lines (&within)[2], const Stack& stack, double blur) {
   Simulation result;
   result.blur = blur;
   const auto& spacing = stack.image.geometry.spacing;
   const auto fine = [&](int axis) { return spacing[2] >= kFine * spacing[axis]; };
   for (int axis = 0; axis < 2; ++axis)
-    if (fine(axis) || !fine(1 - axis))
-      simulate(within[axis], stack, spacing[axis], krigingBlur, first, result);
+    if (fine(axis) || !fine(1 - axis)) degrade(within[axis], stack, spacing[axis], result);
   return result;
 }
 
 /// The kriging's blur, in slice distances, with the smallest excess over the best classical candidate in the
 /// worst simulation.
-double bestKrigingBlur(const Lines (&within)[2], const Stack& stack, std::span<const Simulation> simulations,
-                       ThreadPool& pool) {
-  std::vector<double> worst(std::size(kKrigingBlurs), 0.0);
-  pool.run(static_cast<std::int64_t>(worst.size()), [&](std::int64_t n) {
-    for (const Simulation& s : simulations) {
-      const Simulation mine =
-          simulated(within, stack, s.blur, kKrigingBlurs[n], static_cast<int>(Candidate::Kriging));
-      constexpr auto k = static_cast<std::size_t>(Candidate::Kriging);
-      const Covariance<kCandidates> classical = s.best().mean(), kriged = mine.best().mean();
-      double least = classical[0][0];
-      for (int c = 1; c < kClassical; ++c)
-        least = std::min(least, classical[c][c]);
-      if (least > 0) worst[n] = std::max(worst[n], kriged[k][k] / least);
-    }
+double bestKrigingBlur(std::span<const Simulation> simulations, ThreadPool& pool) {
+  constexpr auto k = static_cast<std::size_t>(Candidate::Kriging);
+  const std::size_t blurs = std::size(kKrigingBlurs), axes = simulations.front().images.size();
+  struct Pair {
+    Errors plain, projected;
+  };
+  std::vector<std::vector<Pair>> errors(blurs * axes, std::vector<Pair>(simulations.size()));
+  pool.run(static_cast<std::int64_t>(errors.size()), [&](std::int64_t n) {
+    const std::size_t axis = n % axes;
+    const Degraded& any = simulations.front().images[axis]; // the geometry is that of all
+    const Weights weights =
+        weightsFrom(any.low.length, any.at, any.view, kKrigingBlurs[n / axes], static_cast<int>(k));
+    for (std::size_t s = 0; s < simulations.size(); ++s)
+      addErrors(simulations[s].images[axis], weights, errors[n][s].plain, errors[n][s].projected);
   });
+  std::vector<double> worst(blurs, 0.0);
+  for (std::size_t s = 0; s < simulations.size(); ++s) {
+    const Covariance<kCandidates> classical = simulations[s].best().mean();
+    double least = classical[0][0];
+    for (int c = 1; c < kClassical; ++c)
+      least = std::min(least, classical[c][c]);
+    for (std::size_t blur = 0; blur < blurs && least > 0; ++blur) {
+      Pair sum;
+      for (std::size_t axis = 0; axis < axes; ++axis) {
+        sum.plain.add(errors[blur * axes + axis][s].plain);
+        sum.projected.add(errors[blur * axes + axis][s].projected);
+      }
+      const Errors& best = sum.projected.samples > 0 ? sum.projected : sum.plain;
+      worst[blur] = std::max(worst[blur], best.mean()[k][k] / least);
+    }
+  }
   // Takes the largest of equally good blurs: scans are smoother than slices withheld from each other suggest.
   const double enough = kAsGood * *std::min_element(worst.begin(), worst.end());
   std::size_t chosen = worst.size() - 1;
@@ -449,19 +508,21 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
         inside[v] && std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]);
   const Lines across = linesAcross(stack, complete, inside);
   const SliceView view{stack.profile, effectiveThickness(stack) / g.spacing[2]};
-  Errors withheld = withheldErrors(across, view, 0);
-  const double slope = slopeShare(across);
-  const bool shown = withheld.samples >= kFewest;
   const Lines within[2] = {linesWithin(stack, complete, inside, 0), linesWithin(stack, complete, inside, 1)};
+  Errors withheld;
+  double slope = 0;
   std::vector<Simulation> simulations(std::size(kBlurs));
-  const auto simulateAll = [&](double krigingBlur) {
-    pool.run(static_cast<std::int64_t>(simulations.size()), [&](std::int64_t n) {
-      simulations[n] = simulated(within, stack, simulations[n].blur, krigingBlur, 0);
-    });
-  };
-  for (std::size_t n = 0; n < simulations.size(); ++n)
-    simulations[n].blur = kBlurs[n] * g.spacing[2];
-  simulateAll(0);
+  pool.run(static_cast<std::int64_t>(simulations.size()) + 1, [&](std::int64_t n) {
+    if (n == 0) {
+      withheld = withheldErrors(across, view, 0);
+      slope = slopeShare(across);
+    } else {
+      Simulation& s = simulations[n - 1];
+      s = simulationOf(within, stack, kBlurs[n - 1] * g.spacing[2]);
+      simulate(s, 0);
+    }
+  });
+  const bool shown = withheld.samples >= kFewest;
   std::erase_if(simulations, [](const Simulation& s) { return s.plain.samples < kFewest; });
   if (simulations.empty()) {
     if (shown) {
@@ -478,12 +539,15 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
   } else {
     simulations.resize(1);
   }
-  const double krigingBlur = bestKrigingBlur(within, stack, simulations, pool);
+  const double krigingBlur = bestKrigingBlur(simulations, pool);
   choice.krigingBlur = krigingBlur * g.spacing[2];
-  if (krigingBlur > 0) {
-    simulateAll(krigingBlur);
-    withheld = withheldErrors(across, view, krigingBlur);
-  }
+  if (krigingBlur > 0)
+    pool.run(static_cast<std::int64_t>(simulations.size()) + 1, [&](std::int64_t n) {
+      if (n == 0)
+        withheld = withheldErrors(across, view, krigingBlur);
+      else
+        simulate(simulations[n - 1], krigingBlur);
+    });
   if (shown) choice.withheldError = rootsOf(withheld.mean());
   const Simulation& nearest = simulations.front();
   choice.judged = true;
