@@ -225,7 +225,9 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     budget = static_cast<std::int64_t>(voxels / std::array{100.0, 60.0, 30.0}[level]);
     // The residual grid keeps what they miss, except noise, which more iterations would fit.
     const double quiet = kMiddleNoise / std::max(traits.noise, 1e-9);
-    iterations = level < 2 ? 12 : static_cast<int>(std::lround(std::clamp(60 * quiet * quiet, 12.0, 60.0)));
+    iterations = level == 0   ? 9
+                 : level == 1 ? 12
+                              : static_cast<int>(std::lround(std::clamp(60 * quiet * quiet, 12.0, 60.0)));
     plan.coarseIterations = std::array{8, 8, 20}[level];
   } else if (traits.singleAnisotropic()) {
     // Overlapping Gaussians (0.9 spacings wide) that bridge the gap and are free to turn: they shear along
