@@ -111,9 +111,10 @@ Settings scanSettings(Settings settings) {
 }
 
 double learningCost(const GridGeometry& scan, const GridGeometry& lattice, PredictionEffort effort,
-                    const Settings& settings) {
+                    const Settings& settings, double muchToLearn) {
   PredictionOptions options;
   options.effort = effort;
+  options.muchToLearn = muchToLearn;
   options.grid = lattice;
   const PredictionOperations each =
       predictionOperations(scan, options).perThread(threadCount(settings.threads));

@@ -50,8 +50,8 @@ struct PredictionCost {
 /// From the lattices of a scan and of its prediction; needs no voxels.
 PredictionCost predictionCost(const Stack& scan, const GridGeometry& lattice, const Settings& settings);
 
-/// PredictionCost::learning with this effort.
+/// PredictionCost::learning with this effort and PredictionOptions::muchToLearn.
 double learningCost(const GridGeometry& scan, const GridGeometry& lattice, PredictionEffort effort,
-                    const Settings& settings);
+                    const Settings& settings, double muchToLearn = 0);
 
 } // namespace innergs

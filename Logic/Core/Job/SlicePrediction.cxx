@@ -19,6 +19,7 @@ namespace {
 constexpr double kUsualFall = 1.1; // of linear interpolation relative to the mixture, in a sharp scan
 constexpr double kLittle = 0.98;   // a network's error relative to its filter's; above: little to learn
 constexpr double kMuch = 0.95;     // below: much
+constexpr double kMost = 0.93;     // and here as much as counts
 constexpr double kDistant = 3.5;   // slice distance in pixels above which kLittle counts
 constexpr double kAsGood = 1.01;   // squared error of fused planes relative to their mean
 
@@ -119,10 +120,11 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
   }
   if (withLearned) {
     PredictionOptions options;
-    options.effort = effort(trial);
+    options.effort = learningEffort(settings_, voxels_, trial);
     options.grid = grid;
     options.matchingBlur = choice_.blur;
     options.everySecond = trial;
+    options.muchToLearn = muchToLearn_;
     options.fused = fused_;
     options.fromScratch = !parts_.startWeights;
     options.seed = settings_.seed;
@@ -144,11 +146,6 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
     }
   }
   return found;
-}
-
-PredictionEffort SlicePrediction::effort(bool trial) const {
-  const PredictionEffort usual = learningEffort(settings_, voxels_, trial);
-  return usual == PredictionEffort::Balanced && muchToLearn_ ? PredictionEffort::Long : usual;
 }
 
 /// Mixes a field fitted to the slices and what can be learned across them into the interpolation, each as far
@@ -199,11 +196,15 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   const double rise = std::max(1.0, std::sqrt(choice_.linearFall / choice_.fall) / kUsualFall);
   std::array<double, kept> share = predictionShares(errors, exists, {1, rise, rise});
   const auto& spacing = scan_.image.geometry.spacing;
-  muchToLearn_ = tried.learned && tried.pairs.network < kMuch * tried.pairs.filter;
+  if (tried.learned && tried.pairs.filter > 0)
+    muchToLearn_ = std::clamp((kMuch - tried.pairs.network / tried.pairs.filter) / (kMuch - kMost), 0.0, 1.0);
   littleToLearn_ = tried.learned && spacing[2] > kDistant * std::min(spacing[0], spacing[1]) &&
                    tried.pairs.network > kLittle * tried.pairs.filter;
   const bool fits = keepsField_ || share[1] > 0, learns = share[2] > 0;
-  const double learning = learns ? learningCost(g, between.geometry, effort(false), settings_) : 0;
+  const double learning = learns
+                              ? learningCost(g, between.geometry, learningEffort(settings_, voxels_, false),
+                                             settings_, muchToLearn_)
+                              : 0;
   const Further learned =
       furtherCandidates(scan_, between.geometry, false, learns, false, {}, step(cost_.learning, learning));
   if (learned.learned)

@@ -50,7 +50,6 @@ private:
   };
   Part step(double expected, double cost);
   void report(double fraction);
-  PredictionEffort effort(bool trial) const;
   bool triesAField() const { return parts_.field && triesField(settings_, voxels_); }
   void interpolate(const Stack& stack, std::span<const float> complete, const GridGeometry& grid,
                    std::span<float> planes) const;
@@ -75,7 +74,7 @@ private:
   std::optional<Volume> field_; // takeField()
   double voxels_ = 0;           // of the prediction
   bool littleToLearn_ = false;  // the trial's network hardly improved on its linear filter
-  bool muchToLearn_ = false;    // or improved on it a lot
+  double muchToLearn_ = 0;      // 0…1: how much it improved on it
   std::string sentence_;
 };
 

@@ -60,21 +60,25 @@ std::vector<ConvolutionNetwork::Matrix> ConvolutionNetwork::matrices() const {
   return all;
 }
 
+void ConvolutionNetwork::transform(std::size_t matrix, Transforms& transforms) const {
+  if (matrix == 0) return;
+  const int layer = static_cast<int>(matrix), channels = shape_.channels, outputs = outputsOf(layer);
+  const float* weights = parameters_.data() + layerWeights(layer);
+  transforms.forward[matrix - 1] = WinogradConvolution::transformed(weights, channels, outputs);
+  std::vector<float> transposed(static_cast<std::size_t>(kTaps * kTaps) * channels * outputs);
+  for (int tap = 0; tap < kTaps * kTaps; ++tap)
+    for (int i = 0; i < channels; ++i)
+      for (int o = 0; o < outputs; ++o)
+        transposed[((kTaps * kTaps - 1 - tap) * outputs + o) * channels + i] =
+            weights[(tap * channels + i) * outputs + o];
+  transforms.backward[matrix - 1] = WinogradConvolution::transformed(transposed.data(), outputs, channels);
+}
+
 ConvolutionNetwork::Transforms ConvolutionNetwork::transforms() const {
-  Transforms all;
-  const int channels = shape_.channels;
-  for (int layer = 1; layer <= shape_.layers + 1; ++layer) {
-    const int outputs = outputsOf(layer);
-    const float* weights = parameters_.data() + layerWeights(layer);
-    all.forward.push_back(WinogradConvolution::transformed(weights, channels, outputs));
-    std::vector<float> transposed(static_cast<std::size_t>(kTaps * kTaps) * channels * outputs);
-    for (int tap = 0; tap < kTaps * kTaps; ++tap)
-      for (int i = 0; i < channels; ++i)
-        for (int o = 0; o < outputs; ++o)
-          transposed[((kTaps * kTaps - 1 - tap) * outputs + o) * channels + i] =
-              weights[(tap * channels + i) * outputs + o];
-    all.backward.push_back(WinogradConvolution::transformed(transposed.data(), outputs, channels));
-  }
+  const std::size_t layers = static_cast<std::size_t>(shape_.layers) + 1;
+  Transforms all{std::vector<std::vector<float>>(layers), std::vector<std::vector<float>>(layers)};
+  for (std::size_t matrix = 1; matrix <= layers; ++matrix)
+    transform(matrix, all);
   return all;
 }
 

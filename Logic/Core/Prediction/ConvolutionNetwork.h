@@ -62,6 +62,8 @@ public:
                 std::vector<float>& gradient) const;
 
   Transforms transforms() const;
+  /// Of one of the matrices() only; the first has none.
+  void transform(std::size_t matrix, Transforms& transforms) const;
 
 private:
   std::size_t firstWeights() const { return 0; }

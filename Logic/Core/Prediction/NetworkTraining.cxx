@@ -85,8 +85,8 @@ ConvolutionNetwork trainNetwork(std::span<const TrainingSource> sources, const T
   std::vector<PairWork> works(plan.pairs);
   const std::vector<ConvolutionNetwork::Matrix> matrices = network.matrices();
   constexpr double beta1 = 0.9, beta2 = 0.98;
+  ConvolutionNetwork::Transforms transforms = network.transforms();
   for (int step = 0; step < plan.steps; ++step) {
-    const ConvolutionNetwork::Transforms transforms = network.transforms();
     pool.run(plan.pairs, [&](std::int64_t p) {
       PairWork& work = works[p];
       work.random = randomOf(seed + 1, static_cast<std::int64_t>(step) * plan.pairs + p);
@@ -135,6 +135,7 @@ ConvolutionNetwork trainNetwork(std::span<const TrainingSource> sources, const T
         parameters[i] -= rate * direction[i];
       kernels.adam(adam, biases, g + size, momentum + size, moment2.data() + matrix.at + size,
                    parameters + size);
+      network.transform(static_cast<std::size_t>(m), transforms);
     });
     pool.throwIfStopped();
     if (progress && step % 8 == 0) progress(static_cast<double>(step + 1) / plan.steps);

@@ -13,22 +13,51 @@ void orthogonalise(std::vector<float>& values, std::int64_t rows, std::int64_t c
   for (float& v : values)
     v *= scale;
   constexpr float a = 3.4445f, b = -4.7750f, c = 2.0315f;
+  // X becomes X·P in every step, P = a + b·G + c·G², G = XᵀX. All P commute, so G becomes G·P² and only their
+  // product meets the long columns of X.
   const auto size = static_cast<std::size_t>(columns * columns);
-  std::vector<float> gram(size), next;
-  for (int step = 0; step < 5; ++step) {
-    gram.assign(size, 0.f);
-    kernels.multiply({columns, rows, columns, values.data(), 1, columns, values.data(), gram.data()});
-    // b·G + c·G², G = XᵀX
-    std::vector<float> square(size, 0.f);
-    kernels.multiply({columns, columns, columns, gram.data(), columns, 1, gram.data(), square.data()});
+  const auto product = [&](const std::vector<float>& x, const std::vector<float>& y) {
+    std::vector<float> xy(size);
+    kernels.multiply({.rows = columns,
+                      .depth = columns,
+                      .columns = columns,
+                      .a = x.data(),
+                      .rowStep = columns,
+                      .b = y.data(),
+                      .c = xy.data(),
+                      .add = false});
+    return xy;
+  };
+  std::vector<float> gram(size), all;
+  kernels.multiply({.rows = columns,
+                    .depth = rows,
+                    .columns = columns,
+                    .a = values.data(),
+                    .rowStep = 1,
+                    .step = columns,
+                    .b = values.data(),
+                    .c = gram.data(),
+                    .add = false});
+  constexpr int steps = 5;
+  for (int step = 0; step < steps; ++step) {
+    std::vector<float> p = product(gram, gram);
     for (std::size_t i = 0; i < size; ++i)
-      square[i] = b * gram[i] + c * square[i];
-    next.resize(values.size());
-    for (std::size_t i = 0; i < values.size(); ++i)
-      next[i] = a * values[i];
-    kernels.multiply({rows, columns, columns, values.data(), columns, 1, square.data(), next.data()});
-    values.swap(next);
+      p[i] = b * gram[i] + c * p[i];
+    for (std::int64_t i = 0; i < columns; ++i)
+      p[i * columns + i] += a;
+    all = step == 0 ? p : product(all, p);
+    if (step + 1 < steps) gram = product(product(gram, p), p);
   }
+  std::vector<float> result(values.size());
+  kernels.multiply({.rows = rows,
+                    .depth = columns,
+                    .columns = columns,
+                    .a = values.data(),
+                    .rowStep = columns,
+                    .b = all.data(),
+                    .c = result.data(),
+                    .add = false});
+  values.swap(result);
 }
 
 } // namespace innergs

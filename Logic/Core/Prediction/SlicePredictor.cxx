@@ -24,6 +24,7 @@ constexpr int kMostPhases = 24;
 constexpr double kMatched = 0.05;  // progress before the learning
 constexpr double kMostRounds = 40; // passes over a small scan
 constexpr int kFewestSteps = 200;
+constexpr int kMostSteps = 3000; // of preset balanced
 constexpr double kAligned = 1e-3;
 constexpr double kUsualDetail = 0.7; // share of the voxels in a DetailMask
 // What a pass of a network does per sample beside products, in multiply-adds that take as long.
@@ -246,7 +247,7 @@ struct Effort {
   Reflections reflections = Reflections::Two;
 };
 
-Effort effortOf(PredictionEffort effort) {
+Effort effortOf(PredictionEffort effort, double muchToLearn) {
   Effort e;
   TrainingPlan& plan = e.training;
   if (effort == PredictionEffort::Brief || effort == PredictionEffort::Fast) {
@@ -254,8 +255,8 @@ Effort effortOf(PredictionEffort effort) {
     plan.rate = 2e-3;
     plan.steps = effort == PredictionEffort::Brief ? 400 : 600;
     if (effort == PredictionEffort::Brief) e.reflections = Reflections::None;
-  } else if (effort == PredictionEffort::Long) {
-    plan.steps = 3000;
+  } else if (effort == PredictionEffort::Balanced && muchToLearn > 0) {
+    plan.steps = static_cast<int>(std::lround(plan.steps + muchToLearn * (kMostSteps - plan.steps)));
     plan.rate = 4e-3;
   } else if (effort == PredictionEffort::Best) {
     plan.channels = 64;
@@ -276,7 +277,7 @@ std::vector<PredictionEffort> levelsOf(PredictionEffort effort) {
 /// Of one network.
 PredictionOperations operationsOf(PredictionEffort level, const GridGeometry& stack,
                                   const PredictionOptions& options) {
-  const Effort effort = effortOf(level);
+  const Effort effort = effortOf(level, options.muchToLearn);
   const TrainingPlan& plan = effort.training;
   const int phases = thinLatticeFor(options.grid.value_or(predictionGrid(stack)), stack).phases;
   const double pass =
@@ -458,7 +459,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
     squares += static_cast<double>(w) * w;
   const double pairNoise = noise * std::sqrt(std::max(0.0, 1 - squares));
   const TrainingPlanes planes = trainingPlanes(filled, body, model.sampling, request, pool);
-  const Effort effort = effortOf(options.effort);
+  const Effort effort = effortOf(options.effort, options.muchToLearn);
   const PairShape shape = pairShape(planes, model.sampling, working.size[2], effort.training.most);
   if (planes.learning.empty() || planes.measuring.empty() || shape.slices < 4)
     return nothing("too little of the image can be learned from.");
@@ -479,7 +480,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
   std::optional<Measured> best;
   // A large network may learn the noise of a small scan, so it must be better than a smaller one.
   for (const PredictionEffort level : levelsOf(options.effort)) {
-    TrainingPlan plan = effortOf(level).training;
+    TrainingPlan plan = effortOf(level, options.muchToLearn).training;
     plan.fromScratch = options.fromScratch;
     plan.steps =
         std::min(plan.steps, std::max(kFewestSteps, static_cast<int>(kMostRounds * thinSamples / perStep)));

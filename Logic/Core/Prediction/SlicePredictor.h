@@ -15,7 +15,6 @@ enum class PredictionEffort {
   Brief,  // plus a small network with short training
   Fast,   // plus the same network with longer training, applied with reflections like all below
   Balanced,
-  Long, // like Balanced with longer training, for scans from which much is learned
   Best
 };
 
@@ -29,6 +28,8 @@ struct PredictionOptions {
   std::optional<double> matchingBlur;
   /// The stack is every second slice of a scan: learns wherever predicting from the whole scan would.
   bool everySecond = false;
+  /// 0…1: how much a network improved on the filter in a trial; lengthens the training of Balanced.
+  double muchToLearn = 0;
   /// The predictions in the two planes weigh by the gradients along them (PlaneFusion.h); otherwise equally.
   bool fused = true;
   bool fromScratch = false; // the network starts from random weights, not from setStartWeights()

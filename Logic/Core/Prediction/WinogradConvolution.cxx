@@ -7,7 +7,7 @@ namespace innergs {
 namespace {
 
 constexpr int kTaps = 3, kPoints = ImageTiles::points, kTile = ImageTiles::width;
-constexpr std::int64_t kTilesAtOnce = 160; // keeps their points in the cache
+constexpr std::int64_t kTilesAtOnce = 350; // keeps their points in the cache
 
 // G of F(4, 3)
 constexpr std::array<std::array<float, kTaps>, kPoints> kWeights = {{{1.f / 4, 0, 0},
