@@ -97,7 +97,7 @@ void PlaneExport::exportPlane(const QString& picture) {
 void PlaneExport::finish(const PlaneImage& image) {
   const auto [name, modelId] = pending_.takeFirst();
   const QString file = image.task.picture;
-  QString error = image.error;
+  QString error = QString::fromStdString(image.error);
   if (error.isEmpty() && file.isEmpty()) {
     const std::array<double, 2> window{image.task.lower, image.task.upper};
     host_->addVolumeOf(modelId, window, image.shown(), image.ijkToRAS, name, &error);

@@ -45,23 +45,18 @@ bool isInside(const PlaneTask& task) {
 }
 
 PlaneImage imageOf(const PlaneTask& task, const QueriedPlane& plane) {
-  PlaneImage image;
-  image.task = task;
-  image.error = QString::fromStdString(plane.error);
-  image.milliseconds = plane.milliseconds;
+  PlaneImage image{plane, task};
   if (!plane.image) return image;
-  image.image = plane.image;
-  image.deviation = plane.deviation;
-  image.ijkToRAS = plane.ijkToRAS;
   if (task.columns == 1 && task.rows == 1) image.inside = isInside(task);
-  if (!task.picture.isEmpty()) image.error = savePicture(image, task.lower, task.upper, task.picture);
+  if (!task.picture.isEmpty())
+    image.error = savePicture(image, task.lower, task.upper, task.picture).toStdString();
   return image;
 }
 
 PlaneImage failedImage(const PlaneTask& task, const std::string& error) {
   PlaneImage image;
   image.task = task;
-  image.error = QString::fromStdString(error);
+  image.error = error;
   return image;
 }
 

@@ -29,15 +29,9 @@ struct PlaneTask {
   double lower = 0, upper = 1; // shown as black and white in it
 };
 
-struct PlaneImage {
+struct PlaneImage : QueriedPlane { // its error also says if the picture was not written
   PlaneTask task;
-  vtkSmartPointer<vtkImageData> image;     // float, scanner units; origin 0, spacing 1; null after an error
-  vtkSmartPointer<vtkImageData> deviation; // likewise, with what was measured (UncertaintyImage.h); null: not
-                                           // asked for
-  vtkSmartPointer<vtkMatrix4x4> ijkToRAS;  // of the images; null after an error
-  QString error;                           // a sentence; also if the picture was not written
-  double milliseconds = 0;                 // duration of the query
-  bool inside = true;                      // for a probe: whether the model has a value there
+  bool inside = true; // for a probe: whether the model has a value there
 
   /// What is shown of it: the deviation where it was asked for.
   vtkImageData* shown() const { return deviation ? deviation : image; }

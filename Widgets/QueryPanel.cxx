@@ -361,12 +361,12 @@ void QueryPanel::settle() {
 void QueryPanel::showImage(const PlaneImage& image) {
   if (image.task.model != model_) return;
   if (image.task.uncertainty != (showsUncertainty() ? uncertainty_ : nullptr)) return; // others follow
-  if (image.error.isEmpty()) {
+  if (image.error.empty()) {
     budget_.took(image.milliseconds, static_cast<double>(image.task.columns) * image.task.rows);
     view_->setImage(image);
   } else {
     view_->clearImage();
-    say(image.error, true);
+    say(QString::fromStdString(image.error), true);
   }
   Q_EMIT pictureChanged(image); // none after an error
 }

@@ -15,11 +15,13 @@ set(INNERGS_MRML_PRIVATE_SOURCES
 set(INNERGS_LOGIC_PRIVATE_SOURCES
   DynamicWork.cxx
   FinePlanes.cxx
+  GaussianModel.cxx
   JobDelivery.cxx
   JobQueue.cxx
   JobSetup.cxx
   LogicInternals.cxx
-  ModelNodes.cxx
+  ModelReading.cxx
+  ModelWriting.cxx
   NodeGeometry.cxx
   NodeTransform.cxx
   OutlineMask.cxx
@@ -34,5 +36,6 @@ set(INNERGS_LOGIC_PRIVATE_SOURCES
   SliceThickness.cxx
   SliceTransforms.cxx
   SliceFollower.cxx
+  StorageTask.cxx
   DetachedTasks.cxx
 )

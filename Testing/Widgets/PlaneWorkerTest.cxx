@@ -58,8 +58,7 @@ private Q_SLOTS:
       worker.show(task(0));
     }
     TRY_COMPARE(seen.size(), 1);
-    QVERIFY2(seen[0].error.startsWith("The system could not start another thread: "),
-             qPrintable(seen[0].error));
+    QVERIFY2(seen[0].error.starts_with("The system could not start another thread: "), seen[0].error.c_str());
     worker.show(task(0));
     TRY_COMPARE(seen.size(), 2);
     QVERIFY(seen[1].image);
@@ -102,15 +101,16 @@ private Q_SLOTS:
     worker.show(bad);
     TRY_COMPARE(seen.size(), 1);
     QVERIFY(!seen[0].image);
-    QVERIFY2(seen[0].error.contains("spacing must be finite and above zero"), qPrintable(seen[0].error));
+    QVERIFY2(seen[0].error.find("spacing must be finite and above zero") != std::string::npos,
+             seen[0].error.c_str());
     worker.show(task(0)); // it continues
     TRY_COMPARE(seen.size(), 2);
-    QVERIFY(seen[1].image && seen[1].error.isEmpty());
+    QVERIFY(seen[1].image && seen[1].error.empty());
     bad = task(0);
     bad.model = std::make_shared<Model>();
     worker.show(bad);
     TRY_COMPARE(seen.size(), 3);
-    QVERIFY2(seen[2].error.endsWith("."), qPrintable(seen[2].error));
+    QVERIFY2(seen[2].error.ends_with("."), seen[2].error.c_str());
   }
 
   void endsWithWorkInHand() {

@@ -57,7 +57,7 @@ ReconstructionInput repeated(const Volume& truth, double noise) {
     Stack scan;
     scan.image = truth;
     scan.profile = SliceProfile::Point;
-    testing::addNoise(scan.image.voxels, noise, seed);
+    addNoise(scan.image.voxels, noise, seed);
     input.stacks.push_back(std::move(scan));
   }
   return input;

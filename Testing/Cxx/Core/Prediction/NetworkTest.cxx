@@ -2,6 +2,7 @@
 #include "Core/Prediction/Orthogonal.h"
 #include "Core/Prediction/StartWeights.h"
 
+#include "Core/Image/Simulate.h"
 #include "SpherePhantom.h"
 
 #include <algorithm>
@@ -198,7 +199,7 @@ TEST(StartWeights, LearnFasterThanWeightsDrawnAtRandom) {
   constexpr int phases = 4;
   Stack stack;
   stack.image = testing::spherePhantom(96, 24);
-  testing::addNoise(stack.image.voxels, 1, 7);
+  addNoise(stack.image.voxels, 1, 7);
   stack.thickness = 1;
   stack.image.geometry.spacing[2] = phases;
   GridGeometry thin = stack.image.geometry;

@@ -9,7 +9,6 @@
 namespace innergs {
 namespace {
 
-using testing::addNoise;
 using testing::spherePhantom;
 
 Stack slicesOf(const Volume& truth, SliceProfile profile, double thickness, int gap, double noise) {

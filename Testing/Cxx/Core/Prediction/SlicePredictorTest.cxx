@@ -13,7 +13,6 @@
 namespace innergs {
 namespace {
 
-using testing::addNoise;
 using testing::spherePhantom;
 
 constexpr int kGap = 3;
@@ -238,6 +237,21 @@ TEST(SlicePredictor, ALargeNetworkIsUsedOnlyWhereItIsBetter) {
   const Stack clean = scan(1);
   EXPECT_LT(predict(clean, with(PredictionEffort::Best)).pairs.network,
             predict(clean, with(PredictionEffort::Balanced)).pairs.network);
+}
+
+TEST(SlicePredictor, LearnsForLongerTheMoreThereIsToLearn) {
+  GridGeometry scan;
+  scan.size = {256, 256, 60};
+  scan.spacing = {1, 1, 4};
+  const auto learning = [&](PredictionEffort effort, double muchToLearn) {
+    PredictionOptions options = with(effort);
+    options.muchToLearn = muchToLearn;
+    return predictionOperations(scan, options).learning;
+  };
+  const double usual = learning(PredictionEffort::Balanced, 0), most = learning(PredictionEffort::Balanced, 1);
+  EXPECT_GT(most, 2 * usual);
+  EXPECT_NEAR(learning(PredictionEffort::Balanced, 0.5), 0.5 * (usual + most), 1e-3 * usual);
+  EXPECT_EQ(learning(PredictionEffort::Fast, 1), learning(PredictionEffort::Fast, 0));
 }
 
 TEST(SlicePredictor, SaysWhyNothingIsLearned) {

@@ -38,14 +38,4 @@ inline Volume spherePhantom(std::int64_t width, std::int64_t depth, std::uint64_
   return volume;
 }
 
-inline void addNoise(std::vector<float>& voxels, double sigma, std::uint64_t seed) {
-  Random random(seed);
-  for (float& v : voxels) {
-    double sum = -6; // sum of twelve uniform numbers: variance 1
-    for (int i = 0; i < 12; ++i)
-      sum += random.uniform();
-    v += static_cast<float>(sigma * sum);
-  }
-}
-
 } // namespace innergs::testing
