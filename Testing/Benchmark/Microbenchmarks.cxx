@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   innergs::bench::registerFitBenchmarks();
   innergs::bench::registerRenderBenchmarks();
   innergs::bench::registerMotionBenchmarks();
+  innergs::bench::registerNetworkBenchmarks();
 #ifdef INNERGS_BENCHMARK_VTK
   innergs::bench::registerVTKBenchmarks();
 #endif

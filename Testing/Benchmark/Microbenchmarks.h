@@ -7,6 +7,7 @@ void registerKernelBenchmarks();
 void registerFitBenchmarks();
 void registerRenderBenchmarks();
 void registerMotionBenchmarks();
+void registerNetworkBenchmarks();
 void registerVTKBenchmarks(); // if VTK is found
 
 /// Short repetitions, reported as median and spread, so that one disturbed repetition does not matter.
