@@ -19,7 +19,7 @@ constexpr double kMostFitted = 10e6; // voxels of a field that takes longer than
 constexpr double kLittleNoise = 0.01, kMuchNoise = 0.02;
 constexpr double kThinShare = 0.3, kThickShare = 0.6, kLeastFieldShare = 0.05;
 // In multiply-adds, as PredictionCost.
-constexpr double kChoosing = 3e10, kChoosingVoxel = 4e4; // once, and per voxel of the scan
+constexpr double kChoosing = 2e10, kChoosingVoxel = 1e4; // once, and per voxel of the scan
 constexpr double kMixing = 2e3, kBackProjecting = 2e3;   // per voxel of the prediction
 constexpr double kIteration = 1e3, kThickIteration = 25e3, kFinishing = 15e3; // of a fit, per voxel
 
