@@ -18,8 +18,8 @@ namespace {
 
 constexpr double kUsualFall = 1.1; // of linear interpolation relative to the mixture, in a sharp scan
 constexpr double kLittle = 0.98;   // a network's error relative to its filter's; above: little to learn
-constexpr double kMuch = 0.95;     // below: much
-constexpr double kMost = 0.93;     // and here as much as counts
+constexpr double kMuch = 0.95;     // below: much to learn, and training takes longer
+constexpr double kMost = 0.93;     // below: training takes longest
 constexpr double kDistant = 3.5;   // slice distance in pixels above which kLittle counts
 constexpr double kAsGood = 1.01;   // squared error of fused planes relative to their mean
 

@@ -62,7 +62,7 @@ public:
                 std::vector<float>& gradient) const;
 
   Transforms transforms() const;
-  /// Of one of the matrices() only; the first has none.
+  /// Updates what belongs to one of the matrices(); the first has no transforms.
   void transform(std::size_t matrix, Transforms& transforms) const;
 
 private:

@@ -33,16 +33,18 @@ std::vector<float> DenseLayer::transposed(const float* parameters) const {
 void DenseLayer::backward(const float* x, const float* y, std::int64_t samples,
                           const std::vector<float>& transposed, const MatrixKernels& kernels,
                           float* yGradient, float* gradient, float* xGradient) const {
-  if (rectified)
-    for (std::int64_t i = 0; i < samples * outputs; ++i)
-      yGradient[i] *= y[i] > 0 ? 1.f : 0.f;
-  for (std::int64_t s = 0; s < samples; ++s)
-    for (std::int64_t o = 0; o < outputs; ++o)
-      gradient[bias() + o] += yGradient[s * outputs + o];
+  if (rectified) kernels.activateBack(samples, static_cast<int>(outputs), y, 0, yGradient);
+  kernels.addSums(samples, static_cast<int>(outputs), yGradient, gradient + bias());
   kernels.multiply({inputs, samples, outputs, x, 1, inputs, yGradient, gradient + at});
   if (!xGradient) return;
-  std::fill_n(xGradient, samples * inputs, 0.f);
-  kernels.multiply({samples, outputs, inputs, yGradient, outputs, 1, transposed.data(), xGradient});
+  kernels.multiply({.rows = samples,
+                    .depth = outputs,
+                    .columns = inputs,
+                    .a = yGradient,
+                    .rowStep = outputs,
+                    .b = transposed.data(),
+                    .c = xGradient,
+                    .add = false});
 }
 
 } // namespace innergs

@@ -35,7 +35,7 @@ struct PlaneWork {
   ConvolutionNetwork::Workspace network;
 };
 
-/// As many as there are planes computed at a time.
+/// Lends memory to every plane that is being computed.
 class PlaneWorks {
 public:
   std::unique_ptr<PlaneWork> take() {

@@ -76,7 +76,7 @@ TEST(WinogradConvolution, IsThePlainSum) {
               ASSERT_NEAR(out[at], wanted ? std::max(value, 0.1 * value) : 0, 2e-4)
                   << set.name << " " << r << " " << c;
             }
-        EXPECT_EQ(out[0], 5) << "the border row is not its";
+        EXPECT_EQ(out[0], 5) << "border rows stay as they are";
         EXPECT_EQ(out.back(), 5);
       }
   }
