@@ -17,7 +17,7 @@ void networkPass(benchmark::State& state, const MatrixKernels& kernels, int chan
   for (float& v : low)
     v = static_cast<float>(random.uniform());
   PatchFeatures features;
-  makeFeatures(low.data(), kSlices, kColumns, 0.1f, kernels, features);
+  makeFeatures(low.data(), kSlices, kColumns, 0.1f, features);
   ConvolutionNetwork::Workspace work;
   network.forward(features, transforms, kernels, work);
   std::vector<float> byOutput(work.outputs.size(), 0.f), gradient(network.parameters().size(), 0.f);

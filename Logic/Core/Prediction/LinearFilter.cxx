@@ -151,7 +151,7 @@ PatchFilter learnFilter(const TrainingPlanes& planes, const SliceSampling& sampl
     makePair(planes.learning[place.plane], place, sampling, shape.slices, shape.columns, pairNoise, random,
              pair);
     PatchFeatures features;
-    makeFeatures(pair.low.data(), pair.slices, pair.columns, 0, kernels, features);
+    makeFeatures(pair.low.data(), pair.slices, pair.columns, 0, features);
     const std::int64_t samples = features.samples();
     std::vector<float> rest(static_cast<std::size_t>(samples) * outputs, 0.f);
     applyFilter(interpolation, features, kernels, rest.data());

@@ -9,7 +9,7 @@ namespace innergs {
 /// a[m·rowStep + s·segmentStep + k·step], B(k, n) = b[k·columns + n], C(m, n) = c[m·columns + n].
 struct MatrixProduct {
   std::int64_t rows = 0, depth = 0; // of A; the depth of one segment
-  std::int64_t columns = 0;         // of B and C: a multiple of 16
+  std::int64_t columns = 0;         // of B and C: a multiple of 8
   const float* a = nullptr;
   std::int64_t rowStep = 0, step = 1;
   const float* b = nullptr;
@@ -18,16 +18,16 @@ struct MatrixProduct {
   bool add = true;
 };
 
-/// Columns of an image [column][channel], in tiles of 4, at the 6 points of Winograd's convolution F(4, 3).
+/// Columns of an image [column][channel], in tiles of 6, at the 8 points of Winograd's convolution F(6, 3).
 struct ImageTiles {
-  static constexpr int width = 4, points = 6;
+  static constexpr int width = 6, points = 8;
 
   std::int64_t count = 0;
-  int channels = 0;           // a multiple of 16
+  int channels = 0;           // a multiple of 8
   std::int64_t pointStep = 0; // from a point [tile][channel] to the next
 };
 
-/// The constants of one Adam step; `count` parameters, a multiple of 16.
+/// The constants of one Adam step; `count` parameters, a multiple of 8.
 struct AdamScalars {
   float rate;         // divided by the first moment's bias correction
   float beta1, beta2; // decay rates of the moments
@@ -38,23 +38,19 @@ struct AdamScalars {
 struct MatrixKernels {
   std::string name;
   void (*multiply)(const MatrixProduct& product);
-  /// The transforms of F(4, 3) (Lavin and Gray 2016, §4.1): Bᵀ·d of the 6 columns d from each tile's first
-  /// on; Aᵀ·m, the tiles' 4 columns, plus the channels' biases, then multiplied by `leak` where below 0; and
-  /// A·g of the tiles' 4 columns g.
+  /// The transforms of F(6, 3) (Lavin and Gray 2016, §4.1): Bᵀ·d of the 8 columns d from each tile's first
+  /// on; Aᵀ·m, the tiles' 6 columns, plus the channels' biases, then multiplied by `leak` where below 0; and
+  /// A·g of the tiles' 6 columns g.
   void (*inputToPoints)(const ImageTiles& tiles, const float* columns, float* points);
   void (*outputOfPoints)(const ImageTiles& tiles, const float* points, const float* biases, float leak,
                          float* columns);
   void (*gradientToPoints)(const ImageTiles& tiles, const float* columns, float* points);
-  /// Of values [sample][channel], channels a multiple of 16: adds the biases and multiplies by `leak` where
+  /// Of values [sample][channel], channels a multiple of 8: adds the biases and multiplies by `leak` where
   /// below 0; multiplies their gradient by `leak` where the result was not above 0; adds the samples' sums.
   void (*activate)(std::int64_t samples, int channels, const float* biases, float leak, float* values);
   void (*activateBack)(std::int64_t samples, int channels, const float* activated, float leak,
                        float* gradient);
   void (*addSums)(std::int64_t samples, int channels, const float* values, float* sums);
-  /// Subtracts the mean of `count` values and divides them by √(variance + floor²), the deviation; with a
-  /// floor of 0, does not divide. The array has count + 1 values, a multiple of 16, of which the last becomes
-  /// 0.
-  void (*normalise)(int count, float floor, float* values, float& mean, float& deviation);
   void (*adam)(const AdamScalars& step, std::int64_t count, const float* gradient, float* moment1,
                float* moment2, float* parameters);
 };

@@ -22,15 +22,23 @@ void multiply(const MatrixProduct& p) {
 template <std::size_t columns>
 using Points = std::array<std::array<float, columns>, ImageTiles::points>;
 
-// Bᵀ and A of F(4, 3)
-constexpr Points<6> kInput = {{{4, 0, -5, 0, 1, 0},
-                               {0, -4, -4, 1, 1, 0},
-                               {0, 4, -4, -1, 1, 0},
-                               {0, -2, -1, 2, 1, 0},
-                               {0, 2, -1, -2, 1, 0},
-                               {0, 4, 0, -5, 0, 1}}};
-constexpr Points<4> kOutput = {
-    {{1, 0, 0, 0}, {1, 1, 1, 1}, {1, -1, 1, -1}, {1, 2, 4, 8}, {1, -2, 4, -8}, {0, 0, 0, 1}}};
+// Bᵀ and A of F(6, 3), with the points 0, ±1, ±2, ±1/2 and infinity
+constexpr Points<8> kInput = {{{1, 0, -5.25f, 0, 5.25f, 0, -1, 0},
+                               {0, 1, 1, -4.25f, -4.25f, 1, 1, 0},
+                               {0, -1, 1, 4.25f, -4.25f, -1, 1, 0},
+                               {0, 0.5f, 0.25f, -2.5f, -1.25f, 2, 1, 0},
+                               {0, -0.5f, 0.25f, 2.5f, -1.25f, -2, 1, 0},
+                               {0, 2, 4, -2.5f, -5, 0.5f, 1, 0},
+                               {0, -2, 4, 2.5f, -5, -0.5f, 1, 0},
+                               {0, -1, 0, 5.25f, 0, -5.25f, 0, 1}}};
+constexpr Points<6> kOutput = {{{1, 0, 0, 0, 0, 0},
+                                {1, 1, 1, 1, 1, 1},
+                                {1, -1, 1, -1, 1, -1},
+                                {1, 2, 4, 8, 16, 32},
+                                {1, -2, 4, -8, 16, -32},
+                                {1, 1.f / 2, 1.f / 4, 1.f / 8, 1.f / 16, 1.f / 32},
+                                {1, -1.f / 2, 1.f / 4, -1.f / 8, 1.f / 16, -1.f / 32},
+                                {0, 0, 0, 0, 0, 1}}};
 
 template <std::size_t columns>
 void toPoints(const Points<columns>& transform, const ImageTiles& tiles, const float* image, float* points) {
@@ -85,22 +93,6 @@ void addSums(std::int64_t samples, int channels, const float* values, float* sum
       sums[c] += values[s * channels + c];
 }
 
-void normalise(int count, float floor, float* values, float& mean, float& deviation) {
-  float sum = 0;
-  for (int i = 0; i < count; ++i)
-    sum += values[i];
-  mean = sum / static_cast<float>(count);
-  float squares = 0;
-  for (int i = 0; i < count; ++i) {
-    values[i] -= mean;
-    squares += values[i] * values[i];
-  }
-  values[count] = 0;
-  deviation = floor > 0 ? std::sqrt(squares / static_cast<float>(count) + floor * floor) : 1;
-  for (int i = 0; i < count; ++i)
-    values[i] *= 1 / deviation;
-}
-
 void adam(const AdamScalars& s, std::int64_t count, const float* gradient, float* moment1, float* moment2,
           float* parameters) {
   constexpr float tiny = 1e-8f;
@@ -114,8 +106,8 @@ void adam(const AdamScalars& s, std::int64_t count, const float* gradient, float
 } // namespace
 
 MatrixKernels scalarMatrixKernels() {
-  return {"scalar", multiply,     inputToPoints, outputOfPoints, gradientToPoints,
-          activate, activateBack, addSums,       normalise,      adam};
+  return {"scalar",     multiply, inputToPoints, outputOfPoints, gradientToPoints, activate,
+          activateBack, addSums,  adam};
 }
 
 } // namespace innergs

@@ -26,7 +26,6 @@ MatrixKernels simdMatrixKernels() {
           activate,
           activateBack,
           addSums,
-          normalise,
           adam};
 }
 

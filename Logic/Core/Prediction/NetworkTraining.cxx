@@ -4,19 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace innergs {
 namespace {
 
 // Columns at each side of a pair that are not scored: the pair ends there but the image continues.
 constexpr int kSide = 4;
-constexpr float kMomentum = 0.95f;
+constexpr float kMomentum = 0.9f;
 
 double rateAt(const TrainingPlan& plan, int step) {
-  const double warm = 0.05 * plan.steps, t = step + 0.5;
-  if (t < warm) return plan.rate * t / warm;
-  return plan.rate * 0.5 * (1 + std::cos(std::numbers::pi * (t - warm) / (plan.steps - warm)));
+  constexpr double rising = 0.05, falling = 0.475; // shares of the steps
+  const double done = (step + 0.5) / plan.steps;
+  return plan.rate * std::min({1.0, done / rising, (1 - done) / falling});
 }
 
 struct PairWork {
@@ -28,9 +27,8 @@ struct PairWork {
   double loss = 0, counted = 0;
 };
 
-void batchOf(const TrainingPair& pair, int phases, float floor, const MatrixKernels& kernels,
-             TrainingBatch& batch) {
-  makeFeatures(pair.low.data(), pair.slices, pair.columns, floor, kernels, batch.features);
+void batchOf(const TrainingPair& pair, int phases, float floor, TrainingBatch& batch) {
+  makeFeatures(pair.low.data(), pair.slices, pair.columns, floor, batch.features);
   const int side = pair.columns > 4 * kSide ? kSide : 0;
   batch.thin.resize(static_cast<std::size_t>(batch.features.samples()) * phases);
   batch.counts.assign(static_cast<std::size_t>(batch.features.samples()), 0);
@@ -97,7 +95,7 @@ ConvolutionNetwork trainNetwork(std::span<const TrainingSource> sources, const T
       const PairPlace place = randomPlace(from.planes.learning, from.sampling, from.shape, work.random);
       makePair(from.planes.learning[place.plane], place, from.sampling, from.shape.slices, from.shape.columns,
                from.pairNoise, work.random, work.pair);
-      batchOf(work.pair, phases, from.floor, kernels, work.batch);
+      batchOf(work.pair, phases, from.floor, work.batch);
       work.gradient.assign(static_cast<std::size_t>(count), 0.f);
       work.loss = batchLoss(network, from.filter, work.batch, transforms, kernels, work.network,
                             work.gradient, work.counted);

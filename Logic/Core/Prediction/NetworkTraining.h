@@ -18,13 +18,13 @@ struct TrainingSource {
 };
 
 /// How a network is trained on the mean squared error of what the filter leaves: weights by orthogonalised
-/// momentum, biases by Adam; the rate rises to `rate` and falls to 0.
+/// momentum, biases by Adam; the rate rises to `rate`, stays, and falls to 0.
 struct TrainingPlan {
   int channels = 32, layers = 4;
-  int steps = 1400;
+  int steps = 1200;
   int pairs = 2; // per step
   PairShape most{24, 48};
-  double rate = 1.5e-3;
+  double rate = 2e-3;
   bool fromScratch = false; // without setStartWeights()
 };
 

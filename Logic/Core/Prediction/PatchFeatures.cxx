@@ -1,6 +1,7 @@
 #include "Core/Prediction/PatchFeatures.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace innergs {
 namespace {
@@ -12,10 +13,53 @@ int reflected(int i, int n) {
   return i < n ? i : period - i;
 }
 
+/// The moments of a row of patches, by sums over their columns.
+class RowMoments {
+public:
+  explicit RowMoments(std::size_t width) : sums_(width), squares_(width) {}
+
+  /// rows[r]: columns 0 … width − 1 of a patch row. Sets those of the patches from `first` to last − 1.
+  void set(const float* const* rows, int first, int last, float floor, float* mean, float* deviation) {
+    const int end = last + PatchFeatures::width - 1;
+    std::fill(sums_.begin() + first, sums_.begin() + end, 0.0);
+    std::fill(squares_.begin() + first, squares_.begin() + end, 0.0);
+    for (int r = 0; r < PatchFeatures::rows; ++r)
+      for (int c = first; c < end; ++c) {
+        const double value = rows[r][c];
+        sums_[c] += value;
+        squares_[c] += value * value;
+      }
+    for (int c = first; c < last; ++c) {
+      double sum = 0, square = 0;
+      for (int i = 0; i < PatchFeatures::width; ++i) {
+        sum += sums_[c + i];
+        square += squares_[c + i];
+      }
+      const double middle = sum / PatchFeatures::count;
+      const double variance = std::max(0.0, square / PatchFeatures::count - middle * middle);
+      mean[c] = static_cast<float>(middle);
+      deviation[c] = floor > 0 ? static_cast<float>(std::sqrt(variance + double{floor} * floor)) : 1.F;
+    }
+  }
+
+private:
+  std::vector<double> sums_, squares_;
+};
+
+/// out = (the patch at column c − mean)·scale. Writes vectors of 8: the next row overwrites the last one, the
+/// end of the stride takes that of the last row. Reads one column past the patch.
+void normalisedPatch(const float* const* rows, int c, float mean, float scale, float* out) {
+  static_assert(PatchFeatures::stride == PatchFeatures::count + 1);
+  for (int r = 0; r < PatchFeatures::rows; ++r)
+    for (int i = 0; i < PatchFeatures::width + 1; ++i)
+      out[r * PatchFeatures::width + i] = (rows[r][c + i] - mean) * scale;
+  out[PatchFeatures::count] = 0;
+}
+
 } // namespace
 
-void makeFeatures(const float* low, int stack, int columns, float floor, const MatrixKernels& kernels,
-                  PatchFeatures& features, int before, int after, std::span<const ColumnSpan> spans) {
+void makeFeatures(const float* low, int stack, int columns, float floor, PatchFeatures& features, int before,
+                  int after, std::span<const ColumnSpan> spans) {
   constexpr int halfRows = PatchFeatures::rows / 2, halfWidth = PatchFeatures::width / 2;
   const int slices = stack + before + after;
   features.slices = slices;
@@ -27,7 +71,8 @@ void makeFeatures(const float* low, int stack, int columns, float floor, const M
   features.mean.assign(static_cast<std::size_t>(features.samples()), 0.f);
   features.deviation.assign(static_cast<std::size_t>(features.samples()), 0.f);
   const int paddedWidth = columns + 2 * halfWidth;
-  std::vector<float> padded(static_cast<std::size_t>(stack) * paddedWidth);
+  std::vector<float> padded(static_cast<std::size_t>(stack) * paddedWidth + 1); // for normalisedPatch()
+  RowMoments moments(static_cast<std::size_t>(paddedWidth));
   for (int s = 0; s < stack; ++s) {
     const float* in = low + static_cast<std::size_t>(s) * columns;
     float* out = padded.data() + static_cast<std::size_t>(s) * paddedWidth;
@@ -47,13 +92,13 @@ void makeFeatures(const float* low, int stack, int columns, float floor, const M
       rows[r] =
           padded.data() + static_cast<std::size_t>(reflected(s - before + r - halfRows, stack)) * paddedWidth;
     const ColumnSpan span = spans.empty() ? ColumnSpan{0, columns} : spans[s];
-    for (int c = span.first; c < span.last; ++c) {
-      const std::int64_t at = features.at(s, c);
-      float* out = features.values.data() + at * PatchFeatures::stride;
-      for (int r = 0; r < PatchFeatures::rows; ++r)
-        std::copy_n(rows[r] + c, PatchFeatures::width, out + r * PatchFeatures::width);
-      kernels.normalise(PatchFeatures::count, floor, out, features.mean[at], features.deviation[at]);
-    }
+    if (span.first >= span.last) continue;
+    float* mean = features.mean.data() + features.at(s, 0);
+    float* deviation = features.deviation.data() + features.at(s, 0);
+    moments.set(rows, span.first, span.last, floor, mean, deviation);
+    for (int c = span.first; c < span.last; ++c)
+      normalisedPatch(rows, c, mean[c], 1 / deviation[c],
+                      features.values.data() + features.at(s, c) * PatchFeatures::stride);
   }
 }
 

@@ -11,9 +11,9 @@ struct ColumnSpan {
   int first = 0, last = 0;
 };
 
-/// Columns in tiles of 4, with one more at each end.
+/// Columns in whole tiles, with one more at each end.
 constexpr std::int64_t paddedColumnsOf(std::int64_t columns) {
-  return (columns + 3) / 4 * 4 + 2;
+  return (columns + ImageTiles::width - 1) / ImageTiles::width * ImageTiles::width + 2;
 }
 
 /// The inputs of a linear filter and a network for every sample of an image of slices [slice][column]: the
@@ -43,13 +43,12 @@ struct PatchFeatures {
 /// low: [slice][column] of a stack of `stack` slices, continued by reflection, also for the `before` and
 /// `after` slices beyond its ends. `floor`: minimum of the deviation, image units; 0: values are not divided,
 /// and the deviation is 1. spans: one per slice, those beyond the ends included; empty: all samples.
-void makeFeatures(const float* low, int stack, int columns, float floor, const MatrixKernels& kernels,
-                  PatchFeatures& features, int before = 0, int after = 0,
-                  std::span<const ColumnSpan> spans = {});
+void makeFeatures(const float* low, int stack, int columns, float floor, PatchFeatures& features,
+                  int before = 0, int after = 0, std::span<const ColumnSpan> spans = {});
 
 /// Outputs per sample, one per phase, padded to the columns of a product.
 inline int outputStride(int phases) {
-  return (phases + 15) / 16 * 16;
+  return (phases + 7) / 8 * 8;
 }
 
 } // namespace innergs

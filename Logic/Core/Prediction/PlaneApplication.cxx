@@ -100,7 +100,7 @@ public:
         const ColumnSpan span = computed[std::clamp(sliceOf(s - before), 0, slices_ - 1)];
         spans.push_back(flip.columns ? ColumnSpan{columns_ - span.last, columns_ - span.first} : span);
       }
-      makeFeatures(slices.data(), slices_, columns_, model_.floor, kernels, features, before, after, spans);
+      makeFeatures(slices.data(), slices_, columns_, model_.floor, features, before, after, spans);
       predictSamples(model_, features, kernels, network, output);
       for (int s = 0; s < features.slices; ++s)
         for (int q = 0; q < phases; ++q) {

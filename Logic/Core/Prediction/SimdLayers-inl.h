@@ -7,8 +7,8 @@
 #endif
 
 #include "Core/Prediction/MatrixKernels.h"
+#include "Core/Prediction/SimdLanes-inl.h"
 
-#include <cmath>
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -16,77 +16,59 @@ namespace innergs::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 void activate(std::int64_t samples, int channels, const float* biases, float leak, float* values) {
-  const hn::CappedTag<float, 16> d;
-  const auto lanes = static_cast<int>(hn::Lanes(d));
-  const auto slope = hn::Set(d, leak);
-  for (std::int64_t s = 0; s < samples; ++s, values += channels)
-    for (int c = 0; c < channels; c += lanes) {
-      const auto sum = hn::Add(hn::LoadU(d, values + c), hn::LoadU(d, biases + c));
-      hn::StoreU(hn::Max(sum, hn::Mul(slope, sum)), d, values + c);
-    }
+  withLanes(channels, [&](auto d) HWY_ATTR {
+    const auto lanes = static_cast<int>(hn::Lanes(d));
+    const auto slope = hn::Set(d, leak);
+    float* at = values;
+    for (std::int64_t s = 0; s < samples; ++s, at += channels)
+      for (int c = 0; c < channels; c += lanes) {
+        const auto sum = hn::Add(hn::LoadU(d, at + c), hn::LoadU(d, biases + c));
+        hn::StoreU(hn::Max(sum, hn::Mul(slope, sum)), d, at + c);
+      }
+  });
 }
 
 void activateBack(std::int64_t samples, int channels, const float* activated, float leak, float* gradient) {
-  const hn::CappedTag<float, 16> d;
-  const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
-  const auto slope = hn::Set(d, leak), zero = hn::Zero(d);
-  for (std::int64_t i = 0; i < samples * channels; i += lanes) {
-    const auto g = hn::LoadU(d, gradient + i);
-    hn::StoreU(hn::IfThenElse(hn::Gt(hn::LoadU(d, activated + i), zero), g, hn::Mul(slope, g)), d,
-               gradient + i);
-  }
+  withLanes(channels, [&](auto d) HWY_ATTR {
+    const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
+    const auto slope = hn::Set(d, leak), zero = hn::Zero(d);
+    for (std::int64_t i = 0; i < samples * channels; i += lanes) {
+      const auto g = hn::LoadU(d, gradient + i);
+      hn::StoreU(hn::IfThenElse(hn::Gt(hn::LoadU(d, activated + i), zero), g, hn::Mul(slope, g)), d,
+                 gradient + i);
+    }
+  });
 }
 
 void addSums(std::int64_t samples, int channels, const float* values, float* sums) {
-  const hn::CappedTag<float, 16> d;
-  const auto lanes = static_cast<int>(hn::Lanes(d));
-  for (int c = 0; c < channels; c += lanes) {
-    auto sum = hn::LoadU(d, sums + c);
-    for (std::int64_t s = 0; s < samples; ++s)
-      sum = hn::Add(sum, hn::LoadU(d, values + s * channels + c));
-    hn::StoreU(sum, d, sums + c);
-  }
-}
-
-void normalise(int count, float floor, float* values, float& mean, float& deviation) {
-  const hn::CappedTag<float, 16> d;
-  const auto lanes = static_cast<int>(hn::Lanes(d));
-  values[count] = 0;
-  auto sum = hn::Zero(d), squares = sum;
-  for (int i = 0; i <= count; i += lanes)
-    sum = hn::Add(sum, hn::LoadU(d, values + i));
-  mean = hn::GetLane(hn::SumOfLanes(d, sum)) / static_cast<float>(count);
-  values[count] = mean; // so that it becomes 0
-  const auto middle = hn::Set(d, mean);
-  for (int i = 0; i <= count; i += lanes) {
-    const auto v = hn::Sub(hn::LoadU(d, values + i), middle);
-    squares = hn::MulAdd(v, v, squares);
-    hn::StoreU(v, d, values + i);
-  }
-  deviation = 1;
-  if (floor <= 0) return;
-  deviation = std::sqrt(hn::GetLane(hn::SumOfLanes(d, squares)) / static_cast<float>(count) + floor * floor);
-  const auto scale = hn::Set(d, 1 / deviation);
-  for (int i = 0; i <= count; i += lanes)
-    hn::StoreU(hn::Mul(scale, hn::LoadU(d, values + i)), d, values + i);
+  withLanes(channels, [&](auto d) HWY_ATTR {
+    const auto lanes = static_cast<int>(hn::Lanes(d));
+    for (int c = 0; c < channels; c += lanes) {
+      auto sum = hn::LoadU(d, sums + c);
+      for (std::int64_t s = 0; s < samples; ++s)
+        sum = hn::Add(sum, hn::LoadU(d, values + s * channels + c));
+      hn::StoreU(sum, d, sums + c);
+    }
+  });
 }
 
 void adam(const AdamScalars& s, std::int64_t count, const float* gradient, float* moment1, float* moment2,
           float* parameters) {
-  const hn::CappedTag<float, 16> d;
-  const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
-  const auto beta1 = hn::Set(d, s.beta1), beta2 = hn::Set(d, s.beta2), new1 = hn::Set(d, 1 - s.beta1),
-             new2 = hn::Set(d, 1 - s.beta2), scale2 = hn::Set(d, s.scale2), rate = hn::Set(d, s.rate),
-             tiny = hn::Set(d, 1e-8f);
-  for (std::int64_t i = 0; i + lanes <= count; i += lanes) { // count is a multiple of 16
-    const auto g = hn::LoadU(d, gradient + i);
-    const auto m1 = hn::MulAdd(beta1, hn::LoadU(d, moment1 + i), hn::Mul(new1, g));
-    const auto m2 = hn::MulAdd(beta2, hn::LoadU(d, moment2 + i), hn::Mul(new2, hn::Mul(g, g)));
-    hn::StoreU(m1, d, moment1 + i);
-    hn::StoreU(m2, d, moment2 + i);
-    const auto change = hn::Div(hn::Mul(rate, m1), hn::Add(hn::Sqrt(hn::Mul(m2, scale2)), tiny));
-    hn::StoreU(hn::Sub(hn::LoadU(d, parameters + i), change), d, parameters + i);
-  }
+  withLanes(count, [&](auto d) HWY_ATTR {
+    const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
+    const auto beta1 = hn::Set(d, s.beta1), beta2 = hn::Set(d, s.beta2), new1 = hn::Set(d, 1 - s.beta1),
+               new2 = hn::Set(d, 1 - s.beta2), scale2 = hn::Set(d, s.scale2), rate = hn::Set(d, s.rate),
+               tiny = hn::Set(d, 1e-8f);
+    for (std::int64_t i = 0; i < count; i += lanes) {
+      const auto g = hn::LoadU(d, gradient + i);
+      const auto m1 = hn::MulAdd(beta1, hn::LoadU(d, moment1 + i), hn::Mul(new1, g));
+      const auto m2 = hn::MulAdd(beta2, hn::LoadU(d, moment2 + i), hn::Mul(new2, hn::Mul(g, g)));
+      hn::StoreU(m1, d, moment1 + i);
+      hn::StoreU(m2, d, moment2 + i);
+      const auto change = hn::Div(hn::Mul(rate, m1), hn::Add(hn::Sqrt(hn::Mul(m2, scale2)), tiny));
+      hn::StoreU(hn::Sub(hn::LoadU(d, parameters + i), change), d, parameters + i);
+    }
+  });
 }
 
 } // namespace innergs::HWY_NAMESPACE

@@ -14,10 +14,8 @@ HWY_BEFORE_NAMESPACE();
 namespace innergs::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using D = hn::CappedTag<float, 16>;
-using V = hn::Vec<D>;
-
-// Rows held in registers at once: their sums, the vectors of B and one vector of A must fit.
+// Rows held in registers at once, two vectors wide: their sums, the vectors of B and one vector of A must
+// fit.
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
 constexpr int kRows = 12;
 #elif HWY_ARCH_ARM_A64
@@ -25,11 +23,13 @@ constexpr int kRows = 10;
 #else
 constexpr int kRows = 6;
 #endif
+constexpr int kSingleRows = 12; // one vector wide: fewer would wait for their sums
 
 /// Computes `rows` rows of C, `vectors` vectors wide.
-template <int rows, int vectors>
+template <typename D, int rows, int vectors>
 HWY_NOINLINE void block(const MatrixProduct& p, const float* a, const float* b, float* c) {
   const D d;
+  using V = hn::Vec<D>;
   constexpr std::int64_t lanes = static_cast<std::int64_t>(hn::MaxLanes(D()));
   V sum[rows][vectors];
   HWY_UNROLL(12)
@@ -58,32 +58,40 @@ HWY_NOINLINE void block(const MatrixProduct& p, const float* a, const float* b, 
       hn::StoreU(sum[r][v], d, c + r * p.columns + v * lanes);
 }
 
-template <int vectors>
+template <typename D, int vectors>
 void stripe(const MatrixProduct& p, std::int64_t column) {
+  constexpr int most = vectors == 1 ? kSingleRows : kRows;
   std::int64_t m = 0;
   const auto step = [&]<int rows>() {
-    block<rows, vectors>(p, p.a + m * p.rowStep, p.b + column, p.c + m * p.columns + column);
+    block<D, rows, vectors>(p, p.a + m * p.rowStep, p.b + column, p.c + m * p.columns + column);
     m += rows;
   };
   // Single rows take as long as four, so the last ones come in blocks of four where that leaves none.
   std::int64_t fours = 0;
-  while (fours < 2 && (p.rows - 4 * fours) % kRows != 0)
+  while (fours < 2 && (p.rows - 4 * fours) % most != 0)
     ++fours;
-  while (m + kRows <= p.rows - 4 * fours)
-    step.template operator()<kRows>();
+  while (m + most <= p.rows - 4 * fours)
+    step.template operator()<most>();
   while (m + 4 <= p.rows)
     step.template operator()<4>();
   while (m < p.rows)
     step.template operator()<1>();
 }
 
-void multiply(const MatrixProduct& p) {
+/// The columns from `first` on that fill vectors of D. Returns the first of the rest.
+template <typename D>
+std::int64_t stripes(const MatrixProduct& p, std::int64_t first) {
   constexpr std::int64_t lanes = static_cast<std::int64_t>(hn::MaxLanes(D()));
-  std::int64_t column = 0;
-  for (; column + 2 * lanes <= p.columns; column += 2 * lanes)
-    stripe<2>(p, column);
-  for (; column + lanes <= p.columns; column += lanes)
-    stripe<1>(p, column);
+  for (; first + 2 * lanes <= p.columns; first += 2 * lanes)
+    stripe<D, 2>(p, first);
+  for (; first + lanes <= p.columns; first += lanes)
+    stripe<D, 1>(p, first);
+  return first;
+}
+
+void multiply(const MatrixProduct& p) {
+  const std::int64_t rest = stripes<hn::CappedTag<float, 16>>(p, 0);
+  if (rest < p.columns) stripes<hn::CappedTag<float, 8>>(p, rest);
 }
 
 } // namespace innergs::HWY_NAMESPACE

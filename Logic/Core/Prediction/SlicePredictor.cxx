@@ -24,7 +24,7 @@ constexpr int kMostPhases = 24;
 constexpr double kMatched = 0.05;  // progress before the learning
 constexpr double kMostRounds = 40; // passes over a small scan
 constexpr int kFewestSteps = 200;
-constexpr int kMostSteps = 3000; // of preset balanced
+constexpr int kMostSteps = 2400; // of preset balanced
 constexpr double kAligned = 1e-3;
 constexpr double kUsualDetail = 0.7; // share of the voxels in a DetailMask
 // What a pass of a network does per sample beside products, in multiply-adds that take as long.
@@ -252,16 +252,14 @@ Effort effortOf(PredictionEffort effort, double muchToLearn) {
   TrainingPlan& plan = e.training;
   if (effort == PredictionEffort::Brief || effort == PredictionEffort::Fast) {
     plan.channels = 16;
-    plan.rate = 2e-3;
-    plan.steps = effort == PredictionEffort::Brief ? 400 : 600;
+    plan.steps = effort == PredictionEffort::Brief ? 400 : 500;
     if (effort == PredictionEffort::Brief) e.reflections = Reflections::None;
   } else if (effort == PredictionEffort::Balanced && muchToLearn > 0) {
     plan.steps = static_cast<int>(std::lround(plan.steps + muchToLearn * (kMostSteps - plan.steps)));
-    plan.rate = 4e-3;
+    plan.rate = 3e-3;
   } else if (effort == PredictionEffort::Best) {
     plan.channels = 64;
     plan.steps = 10000;
-    plan.rate = 4e-3;
     e.reflections = Reflections::Four;
   }
   return e;
@@ -321,7 +319,7 @@ Measured measure(const SliceModel& model, const TrainingPlanes& planes, const Pa
     makePair(planes.measuring[place.plane], place, model.sampling, shape.slices, shape.columns, pairNoise,
              random, pair);
     PatchFeatures features;
-    makeFeatures(pair.low.data(), pair.slices, pair.columns, model.floor, kernels, features);
+    makeFeatures(pair.low.data(), pair.slices, pair.columns, model.floor, features);
     ConvolutionNetwork::Workspace work;
     std::vector<float> network;
     predictSamples(model, features, kernels, work, network);

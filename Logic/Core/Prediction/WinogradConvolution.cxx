@@ -9,12 +9,14 @@ namespace {
 constexpr int kTaps = 3, kPoints = ImageTiles::points, kTile = ImageTiles::width;
 constexpr std::int64_t kTilesAtOnce = 350; // keeps their points in the cache
 
-// G of F(4, 3)
-constexpr std::array<std::array<float, kTaps>, kPoints> kWeights = {{{1.f / 4, 0, 0},
-                                                                     {-1.f / 6, -1.f / 6, -1.f / 6},
-                                                                     {-1.f / 6, 1.f / 6, -1.f / 6},
-                                                                     {1.f / 24, 1.f / 12, 1.f / 6},
-                                                                     {1.f / 24, -1.f / 12, 1.f / 6},
+// G of F(6, 3)
+constexpr std::array<std::array<float, kTaps>, kPoints> kWeights = {{{1, 0, 0},
+                                                                     {-2.f / 9, -2.f / 9, -2.f / 9},
+                                                                     {-2.f / 9, 2.f / 9, -2.f / 9},
+                                                                     {1.f / 90, 1.f / 45, 2.f / 45},
+                                                                     {1.f / 90, -1.f / 45, 2.f / 45},
+                                                                     {32.f / 45, 16.f / 45, 8.f / 45},
+                                                                     {32.f / 45, -16.f / 45, 8.f / 45},
                                                                      {0, 0, 1}}};
 
 /// Some rows of an image and some tiles of each.

@@ -100,29 +100,6 @@ TEST(MatrixKernels, AllInstructionSetsActivateAsTheScalarReference) {
   }
 }
 
-TEST(MatrixKernels, AllInstructionSetsNormalise) {
-  constexpr int count = 63;
-  for (const float floor : {0.f, 0.3f})
-    for (const MatrixKernels& set : matrixKernelSets()) {
-      const auto given = randomFloats(count + 1, 13);
-      std::vector<float> values = given;
-      for (float& v : values)
-        v += 1000; // of which nothing may remain
-      float mean = 0, deviation = 0;
-      set.normalise(count, floor, values.data(), mean, deviation);
-      double sum = 0, squares = 0;
-      for (int i = 0; i < count; ++i)
-        sum += given[i] / count;
-      for (int i = 0; i < count; ++i)
-        squares += (given[i] - sum) * (given[i] - sum) / count;
-      EXPECT_NEAR(mean, 1000 + sum, 1e-3) << set.name;
-      EXPECT_NEAR(deviation, floor > 0 ? std::sqrt(squares + floor * floor) : 1, 1e-3) << set.name;
-      for (int i = 0; i < count; ++i)
-        ASSERT_NEAR(values[i], (given[i] - sum) / deviation, 2e-3) << set.name;
-      EXPECT_EQ(values[count], 0) << set.name;
-    }
-}
-
 TEST(MatrixKernels, AllInstructionSetsStepAsTheScalarReference) {
   constexpr std::size_t count = 48;
   const auto gradient = randomFloats(count, 4);

@@ -26,7 +26,7 @@ struct Example {
     std::vector<float> low(slices * columns);
     for (float& v : low)
       v = draw();
-    makeFeatures(low.data(), slices, columns, 0.1f, scalarMatrixKernels(), batch.features);
+    makeFeatures(low.data(), slices, columns, 0.1f, batch.features);
     batch.thin.resize(static_cast<std::size_t>(batch.features.samples()) * 3);
     for (float& v : batch.thin)
       v = draw();
@@ -45,8 +45,8 @@ struct Example {
     gradient.assign(network.parameters().size(), 0.f);
     ConvolutionNetwork::Workspace work;
     double counted = 0;
-    const double sum = batchLoss(network, filter, batch, network.transforms(), matrixKernels(set),
-                                 work, gradient, counted);
+    const double sum =
+        batchLoss(network, filter, batch, network.transforms(), matrixKernels(set), work, gradient, counted);
     EXPECT_EQ(counted, 6 * 7 * 3);
     return sum;
   }
@@ -100,8 +100,8 @@ TEST(Network, ComputesPartsOfAnImageAsInTheWhole) {
   for (int s = 8 - reach; s <= 8 + reach; ++s)
     spans[s] = {12 - reach, 13 + reach};
   PatchFeatures whole, part;
-  makeFeatures(low.data(), slices, columns, 0.1f, scalarMatrixKernels(), whole);
-  makeFeatures(low.data(), slices, columns, 0.1f, scalarMatrixKernels(), part, 0, 0, spans);
+  makeFeatures(low.data(), slices, columns, 0.1f, whole);
+  makeFeatures(low.data(), slices, columns, 0.1f, part, 0, 0, spans);
   ConvolutionNetwork::Workspace work, partWork;
   for (const MatrixKernels& set : matrixKernelSets()) {
     network.forward(whole, network.transforms(), set, work);
@@ -178,7 +178,7 @@ TEST(StartWeights, GiveWiderNetworksTheSameOutputs) {
   for (float& v : values)
     v = static_cast<float>(100 * random.uniform());
   PatchFeatures features;
-  makeFeatures(values.data(), slices, columns, 1, kernels, features);
+  makeFeatures(values.data(), slices, columns, 1, features);
   const auto outputsOf = [&](int channels) {
     ConvolutionNetwork network({phases, channels, 4}, 1);
     setStartWeights(network, samplingOf(phases, SliceProfile::Point));
@@ -224,7 +224,7 @@ TEST(StartWeights, LearnFasterThanWeightsDrawnAtRandom) {
       const PairPlace place = randomPlace(planes.measuring, sampling, shape, random);
       makePair(planes.measuring[place.plane], place, sampling, shape.slices, shape.columns, 0, random, pair);
       TrainingBatch batch;
-      makeFeatures(pair.low.data(), pair.slices, pair.columns, source.floor, kernels, batch.features);
+      makeFeatures(pair.low.data(), pair.slices, pair.columns, source.floor, batch.features);
       batch.thin.resize(static_cast<std::size_t>(batch.features.samples()) * phases);
       batch.counts.assign(static_cast<std::size_t>(batch.features.samples()), 0);
       for (int s = 0; s < pair.slices; ++s)
@@ -237,8 +237,7 @@ TEST(StartWeights, LearnFasterThanWeightsDrawnAtRandom) {
       ConvolutionNetwork::Workspace work;
       std::vector<float> gradient(network.parameters().size(), 0.f);
       double counted = 0;
-      loss +=
-          batchLoss(network, filter, batch, network.transforms(), kernels, work, gradient, counted);
+      loss += batchLoss(network, filter, batch, network.transforms(), kernels, work, gradient, counted);
     }
     return loss;
   };
