@@ -76,14 +76,16 @@ Settings fieldSettings(const Settings& settings, bool longer, bool noisy) {
   return field;
 }
 
+double relativeThickness(const Stack& scan) {
+  if (scan.profile == SliceProfile::Point) return 0;
+  return std::min(1.0, effectiveThickness(scan) / scan.image.geometry.spacing[2]);
+}
+
 double fieldShareOfNoisy(const Stack& scan, const Settings& settings, double noise, std::int64_t voxels) {
   if (settings.prediction == PredictionKind::Interpolation || static_cast<double>(voxels) > kMostFitted)
     return 0;
-  const double thick = scan.profile == SliceProfile::Point
-                           ? 0
-                           : std::min(1.0, effectiveThickness(scan) / scan.image.geometry.spacing[2]);
   const double share = std::clamp((noise - kLittleNoise) / (kMuchNoise - kLittleNoise), 0.0, 1.0) *
-                       (kThinShare + thick * (kThickShare - kThinShare));
+                       (kThinShare + relativeThickness(scan) * (kThickShare - kThinShare));
   return share < kLeastFieldShare ? 0 : share;
 }
 

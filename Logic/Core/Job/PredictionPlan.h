@@ -14,6 +14,9 @@ struct TrialLattices {
 };
 TrialLattices trialLattices(const GridGeometry& scan);
 
+/// Slice thickness over slice distance, at most 1; 0: slices are taken as points.
+double relativeThickness(const Stack& scan);
+
 /// The share with which a field fitted to noisy slices alone is averaged with their prediction on so many
 /// voxels, once its noise is removed: the errors of the two differ. noise: standard deviation relative to the
 /// intensity range.

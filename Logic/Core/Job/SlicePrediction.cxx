@@ -4,7 +4,6 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Fit/Plan.h"
-#include "Core/Image/BodyMask.h"
 #include "Core/Image/Region.h"
 #include "Core/Prediction/CandidateLattice.h"
 #include "Core/Prediction/PredictionShares.h"
@@ -18,8 +17,9 @@ namespace {
 
 constexpr double kUsualFall = 1.1; // of linear interpolation relative to the mixture, in a sharp scan
 constexpr double kLittle = 0.98;   // a network's error relative to its filter's; above: little to learn
-constexpr double kMuch = 0.95;     // below: much to learn, and training takes longer
+constexpr double kMuch = 0.94;     // below: much to learn, and training takes longer
 constexpr double kMost = 0.93;     // below: training takes longest
+constexpr double kThick = 0.02;    // by how much both are lower for thick slices
 constexpr double kDistant = 3.5;   // slice distance in pixels above which kLittle counts
 constexpr double kAsGood = 1.01;   // squared error of fused planes relative to their mean
 
@@ -172,12 +172,11 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   all.observed.clear();
   for (int n = 0; n <= kept; ++n)
     if (guesses[n]) seen[n] = projectToStack(*guesses[n], all, pool_);
-  const std::vector<std::uint8_t> body = bodyMask({g, completeSlices(scan_, pool_)}, pool_.stopToken());
   Covariance<kept + 1> measured{};
   for (std::int64_t k = 1; k < middle.size[2]; k += 2)
     for (std::int64_t v = k * plane; v < (k + 1) * plane; ++v) {
+      if (!choice_.inside[v]) continue;
       const float truth = scan_.image.voxels[v];
-      if (!body[v] || !std::isfinite(truth) || (!scan_.observed.empty() && !scan_.observed[v])) continue;
       double e[kept + 1];
       for (int n = 0; n <= kept; ++n)
         e[n] = guesses[n] ? static_cast<double>(seen[n][v]) - truth : 0;
@@ -185,6 +184,7 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
         for (int b = 0; b <= kept; ++b)
           measured[a][b] += e[a] * e[b];
     }
+  choice_.inside = {}; // memory
   fused_ = !guesses[kept] || measured[kept - 1][kept - 1] <= kAsGood * measured[kept][kept];
   const std::array<int, kept> part{0, 1, fused_ ? kept - 1 : kept};
   Covariance<kept> errors{};
@@ -197,7 +197,10 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   std::array<double, kept> share = predictionShares(errors, exists, {1, rise, rise});
   const auto& spacing = scan_.image.geometry.spacing;
   if (tried.learned && tried.pairs.filter > 0)
-    muchToLearn_ = std::clamp((kMuch - tried.pairs.network / tried.pairs.filter) / (kMuch - kMost), 0.0, 1.0);
+    muchToLearn_ =
+        std::clamp((kMuch - kThick * relativeThickness(scan_) - tried.pairs.network / tried.pairs.filter) /
+                       (kMuch - kMost),
+                   0.0, 1.0);
   littleToLearn_ = tried.learned && spacing[2] > kDistant * std::min(spacing[0], spacing[1]) &&
                    tried.pairs.network > kLittle * tried.pairs.filter;
   const bool fits = keepsField_ || share[1] > 0, learns = share[2] > 0;

@@ -502,7 +502,8 @@ double bestKrigingBlur(std::span<const Simulation> simulations, ThreadPool& pool
 CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> complete, ThreadPool& pool) {
   CandidateChoice choice;
   const GridGeometry& g = stack.image.geometry;
-  std::vector<std::uint8_t> inside = bodyMask({g, {complete.begin(), complete.end()}}, pool.stopToken());
+  std::vector<std::uint8_t>& inside = choice.inside;
+  inside = bodyMask({g, {complete.begin(), complete.end()}}, pool.stopToken());
   for (std::size_t v = 0; v < inside.size(); ++v)
     inside[v] =
         inside[v] && std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]);

@@ -18,6 +18,7 @@ struct CandidateChoice {
   double linearFall = 0, fall = 0;
   std::array<double, kCandidates> withheldError{}; // RMS on slices withheld from each other, at twice the
                                                    // distance; 0: too few slices
+  std::vector<std::uint8_t> inside;                // 1 for the scan's voxels that were judged by
 };
 
 /// complete: see completeSlices(). Uses withheld and non-finite voxels only through it. Throws

@@ -24,7 +24,7 @@ constexpr int kMostPhases = 24;
 constexpr double kMatched = 0.05;  // progress before the learning
 constexpr double kMostRounds = 40; // passes over a small scan
 constexpr int kFewestSteps = 200;
-constexpr int kMostSteps = 2400; // of preset balanced
+constexpr int kMostSteps = 3000; // of preset balanced
 constexpr double kAligned = 1e-3;
 constexpr double kUsualDetail = 0.7; // share of the voxels in a DetailMask
 // What a pass of a network does per sample beside products, in multiply-adds that take as long.
@@ -256,7 +256,7 @@ Effort effortOf(PredictionEffort effort, double muchToLearn) {
     if (effort == PredictionEffort::Brief) e.reflections = Reflections::None;
   } else if (effort == PredictionEffort::Balanced && muchToLearn > 0) {
     plan.steps = static_cast<int>(std::lround(plan.steps + muchToLearn * (kMostSteps - plan.steps)));
-    plan.rate = 3e-3;
+    plan.rate = 4e-3;
   } else if (effort == PredictionEffort::Best) {
     plan.channels = 64;
     plan.steps = 10000;
