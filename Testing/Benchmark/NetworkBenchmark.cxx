@@ -9,7 +9,7 @@ namespace {
 constexpr int kSlices = 24, kColumns = 48, kPhases = 4, kLayers = 4; // of a training pair
 
 /// A pass over a training pair, or with its gradients. Items: samples.
-void networkPass(benchmark::State& state, const MatrixKernels& kernels, int channels, bool backward) {
+void networkPass(benchmark::State& state, const NetworkKernels& kernels, int channels, bool backward) {
   const ConvolutionNetwork network({kPhases, channels, kLayers}, 1);
   const ConvolutionNetwork::Transforms transforms = network.transforms();
   Random random(1);
@@ -37,7 +37,7 @@ void networkPass(benchmark::State& state, const MatrixKernels& kernels, int chan
 } // namespace
 
 void registerNetworkBenchmarks() {
-  for (const MatrixKernels& set : matrixKernelSets())
+  for (const NetworkKernels& set : networkKernelSets())
     for (const int channels : {16, 32})
       for (const bool backward : {false, true})
         steady(benchmark::RegisterBenchmark(((backward ? "network_backward/" : "network_forward/") +

@@ -30,7 +30,8 @@ struct Scan {
   double noise = 0;
 };
 
-Scan prepared(const Volume& image, double ratio, bool thick, const MatrixKernels& kernels, ThreadPool& pool) {
+Scan prepared(const Volume& image, double ratio, bool thick, const NetworkKernels& kernels,
+              ThreadPool& pool) {
   Stack stack;
   stack.image = image;
   GridGeometry& g = stack.image.geometry;
@@ -126,7 +127,7 @@ int main(int count, char** arguments) try {
   app.add_option("--profiles", profiles, "Thin, Thick or both");
   CLI11_PARSE(app, count, arguments);
   ThreadPool pool(0);
-  const MatrixKernels& kernels = matrixKernels({});
+  const NetworkKernels& kernels = networkKernels({});
   for (const std::string& profile : profiles) {
     std::deque<Scan> scans;
     std::vector<TrainingSource> sources;

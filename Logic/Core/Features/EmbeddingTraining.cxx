@@ -172,7 +172,7 @@ class Refinement {
 public:
   Refinement(const FeatureRows& rows, const std::vector<SoftLabel>& meant,
              const std::vector<std::uint8_t>& known, const GridGeometry& lattice, FeatureModel& model,
-             const MatrixKernels& kernels, ThreadPool& pool)
+             const NetworkKernels& kernels, ThreadPool& pool)
       : rows_(rows), meant_(meant), lists_(model.support), model_(model), kernels_(kernels), pool_(pool),
         mixed_(static_cast<std::size_t>(rows.columns()), 0) {
     const auto count = static_cast<std::int64_t>(rows.voxels.size());
@@ -298,7 +298,7 @@ private:
   const std::vector<SoftLabel>& meant_;
   SupportLists lists_;
   FeatureModel& model_;
-  const MatrixKernels& kernels_;
+  const NetworkKernels& kernels_;
   ThreadPool& pool_;
   std::vector<std::uint8_t> mixed_;      // per Gaussian
   std::vector<std::int64_t> active_;     // rows
@@ -413,7 +413,7 @@ FeatureModel trainEmbeddings(const GaussianField& field, const EmbeddingVolume& 
   }
   model.support = supportOf(volume.geometry, meant, model.classes(), pool);
   report(0.05);
-  const MatrixKernels& kernels = matrixKernels("");
+  const NetworkKernels& kernels = networkKernels("");
   AutoencoderTraining plan;
   plan.channels = training.channels;
   plan.seed = training.seed;

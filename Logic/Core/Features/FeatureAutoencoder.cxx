@@ -24,7 +24,7 @@ std::array<DenseLayer, 2> EmbeddingDecoder::layers() const {
   return twoLayers(channels, stride());
 }
 
-void EmbeddingDecoder::decode(const float* latents, std::int64_t samples, const MatrixKernels& kernels,
+void EmbeddingDecoder::decode(const float* latents, std::int64_t samples, const NetworkKernels& kernels,
                               std::vector<float>& hidden, float* out) const {
   const auto [first, second] = layers();
   hidden.resize(static_cast<std::size_t>(samples) * kHidden);
@@ -49,7 +49,7 @@ std::array<DenseLayer, 2> FeatureAutoencoder::encoderLayers() const {
   return twoLayers(decoder.stride(), decoder.channels);
 }
 
-void FeatureAutoencoder::encode(const float* embeddings, std::int64_t samples, const MatrixKernels& kernels,
+void FeatureAutoencoder::encode(const float* embeddings, std::int64_t samples, const NetworkKernels& kernels,
                                 std::vector<float>& hidden, float* out) const {
   const auto [first, second] = encoderLayers();
   hidden.resize(static_cast<std::size_t>(samples) * kHidden);
@@ -58,7 +58,7 @@ void FeatureAutoencoder::encode(const float* embeddings, std::int64_t samples, c
 }
 
 double autoencoderLoss(const FeatureAutoencoder& a, const float* x, std::int64_t samples,
-                       const MatrixKernels& kernels, std::span<float> encoderGradient,
+                       const NetworkKernels& kernels, std::span<float> encoderGradient,
                        std::span<float> decoderGradient) {
   const int size = a.decoder.size, stride = a.decoder.stride(), channels = a.decoder.channels;
   const auto [down, latent] = a.encoderLayers();
@@ -99,7 +99,7 @@ double autoencoderLoss(const FeatureAutoencoder& a, const float* x, std::int64_t
 }
 
 FeatureAutoencoder trainAutoencoder(const std::vector<float>& samples, int size,
-                                    const AutoencoderTraining& training, const MatrixKernels& kernels,
+                                    const AutoencoderTraining& training, const NetworkKernels& kernels,
                                     ThreadPool& pool, const std::function<void(double)>& progress) {
   FeatureAutoencoder a;
   a.decoder.channels = training.channels;

@@ -20,7 +20,7 @@ struct EmbeddingDecoder {
   std::array<DenseLayer, 2> layers() const;
 
   /// latents: [sample][channel]; out: [sample][stride()]. `hidden`: scratch.
-  void decode(const float* latents, std::int64_t samples, const MatrixKernels& kernels,
+  void decode(const float* latents, std::int64_t samples, const NetworkKernels& kernels,
               std::vector<float>& hidden, float* out) const;
 };
 
@@ -36,7 +36,7 @@ struct FeatureAutoencoder {
   std::array<DenseLayer, 2> encoderLayers() const;
 
   /// embeddings: [sample][decoder.stride()]; out: [sample][channel].
-  void encode(const float* embeddings, std::int64_t samples, const MatrixKernels& kernels,
+  void encode(const float* embeddings, std::int64_t samples, const NetworkKernels& kernels,
               std::vector<float>& hidden, float* out) const;
 };
 
@@ -50,13 +50,13 @@ struct AutoencoderTraining {
 /// Σ over samples of |x̂ − x|² + 1 − cos(x̂, x), x: [sample][stride], unit vectors. Adds the gradients of both
 /// halves.
 double autoencoderLoss(const FeatureAutoencoder& autoencoder, const float* x, std::int64_t samples,
-                       const MatrixKernels& kernels, std::span<float> encoderGradient,
+                       const NetworkKernels& kernels, std::span<float> encoderGradient,
                        std::span<float> decoderGradient);
 
 /// Learns from samples [sample][size] of unit length, in batches drawn at random. Bit-identical at any number
 /// of threads. Throws Error(Cancelled) when the pool is stopped.
 FeatureAutoencoder trainAutoencoder(const std::vector<float>& samples, int size,
-                                    const AutoencoderTraining& training, const MatrixKernels& kernels,
+                                    const AutoencoderTraining& training, const NetworkKernels& kernels,
                                     ThreadPool& pool, const std::function<void(double)>& progress);
 
 } // namespace innergs

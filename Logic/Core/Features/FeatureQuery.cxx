@@ -21,7 +21,7 @@ constexpr std::int64_t kChunk = std::int64_t{1} << 20; // voxels at once: bounds
 class EmbeddingDecoding {
 public:
   explicit EmbeddingDecoding(const FeatureModel& features)
-      : features_(features), kernels_(matrixKernels("")), columns_((features.classes() + 15) / 16 * 16),
+      : features_(features), kernels_(networkKernels("")), columns_((features.classes() + 15) / 16 * 16),
         texts_(static_cast<std::size_t>(features.decoder->stride()) * static_cast<std::size_t>(columns_),
                0.f) {
     const int size = features.decoder->size;
@@ -64,7 +64,7 @@ public:
 
 private:
   const FeatureModel& features_;
-  const MatrixKernels& kernels_;
+  const NetworkKernels& kernels_;
   std::int64_t columns_;
   std::vector<float> texts_; // [number][class]
 };

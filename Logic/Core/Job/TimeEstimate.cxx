@@ -13,7 +13,7 @@
 #include "Core/Job/ShareTrial.h"
 #include "Core/Job/SimulatedFit.h"
 #include "Core/Prediction/CandidateLattice.h"
-#include "Core/Prediction/MatrixKernels.h"
+#include "Core/Prediction/NetworkKernels.h"
 #include "Core/Prediction/PredictionNoise.h"
 
 #include <algorithm>
@@ -178,7 +178,7 @@ double timeMultiply(const std::string& instructionSet) {
   const std::vector<float> a(static_cast<std::size_t>(rows * depth), 1.f),
       b(static_cast<std::size_t>(depth * columns), 1e-3f);
   std::vector<float> c(static_cast<std::size_t>(rows * columns), 0.f);
-  const MatrixKernels& kernels = matrixKernels(instructionSet);
+  const NetworkKernels& kernels = networkKernels(instructionSet);
   double fastest = std::numeric_limits<double>::infinity();
   for (int trial = 0; trial < trials; ++trial) {
     const auto start = std::chrono::steady_clock::now();

@@ -63,7 +63,7 @@ void DeformationFit::refine(const Report& report) {
   FrameLoss loss(observeFrames(series_, field_.canonical.modelToWorld, map_, pool_), kernels_, pool_,
                  device_);
   const std::size_t gaussians = field_.canonical.gaussians.size(), planes = network.planeParameters();
-  DeformationEvaluator evaluator(network, field_.anchors, matrixKernels(kernels_.name));
+  DeformationEvaluator evaluator(network, field_.anchors, networkKernels(kernels_.name));
   GaussianField posed = field_.canonical;
   const FitPlan fit = fitPlan(plan_.canonical, voxel_);
   std::vector<float> change(16 * gaussians), gradient(16 * gaussians), back(network.parameters.size());

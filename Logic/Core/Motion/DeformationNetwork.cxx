@@ -180,7 +180,7 @@ struct DeformationEvaluator::Activations {
 };
 
 DeformationEvaluator::DeformationEvaluator(const DeformationNetwork& network, std::span<const float> points,
-                                           const MatrixKernels& kernels)
+                                           const NetworkKernels& kernels)
     : kernels_(kernels), points_(static_cast<std::int64_t>(points.size() / 3)) {
   places_.reserve(network.levels.size() * static_cast<std::size_t>(points_));
   for (const auto& level : network.levels)

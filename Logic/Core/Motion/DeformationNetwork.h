@@ -2,7 +2,7 @@
 #include "Core/Base/Parallel.h"
 #include "Core/Image/Linear.h"
 #include "Core/Motion/TimeSpline.h"
-#include "Core/Prediction/MatrixKernels.h"
+#include "Core/Prediction/NetworkKernels.h"
 
 #include <array>
 #include <cstdint>
@@ -53,7 +53,7 @@ class DeformationEvaluator {
 public:
   /// points: three each, mm, model frame. The network's box, levels and times must stay as they are.
   DeformationEvaluator(const DeformationNetwork& network, std::span<const float> points,
-                       const MatrixKernels& kernels);
+                       const NetworkKernels& kernels);
 
   /// The changes at a time (s): kOutputs per point.
   void forward(const DeformationNetwork& network, double time, std::span<float> out, ThreadPool& pool) const;
@@ -75,7 +75,7 @@ private:
   void hidden(const DeformationNetwork& network, std::span<const float> lines, std::int64_t first,
               std::int64_t count, Activations& work) const;
 
-  const MatrixKernels& kernels_;
+  const NetworkKernels& kernels_;
   std::int64_t points_;
   std::vector<std::array<Place, 3>> places_;      // [level][point]
   std::vector<std::vector<float>> chunkGradient_; // of the parameters

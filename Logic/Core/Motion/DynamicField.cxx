@@ -107,7 +107,7 @@ void poseAt(const DynamicField& field, double time, GaussianField& out, ThreadPo
   }
   if (field.kind == DynamicKind::Network) {
     std::vector<float> changes(16 * static_cast<std::size_t>(field.size()));
-    DeformationEvaluator(field.network, field.anchors, matrixKernels(""))
+    DeformationEvaluator(field.network, field.anchors, networkKernels(""))
         .forward(field.network, time, changes, pool);
     addChanges(field.canonical, changes, out, pool);
     return;

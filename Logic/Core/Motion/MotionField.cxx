@@ -33,7 +33,7 @@ public:
     }
     ThreadPool here(1);
     std::vector<float> changes(points.size() * DeformationNetwork::kOutputs);
-    DeformationEvaluator(field_.network, coordinates, matrixKernels(""))
+    DeformationEvaluator(field_.network, coordinates, networkKernels(""))
         .forward(field_.network, time_, changes, here);
     for (std::size_t p = 0; p < points.size(); ++p)
       for (int a = 0; a < 3; ++a)

@@ -83,7 +83,7 @@ ConvolutionNetwork::Transforms ConvolutionNetwork::transforms() const {
 }
 
 void ConvolutionNetwork::forward(const PatchFeatures& features, const Transforms& transforms,
-                                 const MatrixKernels& kernels, Workspace& work) const {
+                                 const NetworkKernels& kernels, Workspace& work) const {
   const BorderedImage image{features.slices, features.columns, shape_.channels};
   if (work.image != image || work.activations.size() != static_cast<std::size_t>(shape_.layers) + 1)
     work.activations.assign(static_cast<std::size_t>(shape_.layers) + 1,
@@ -116,8 +116,8 @@ void ConvolutionNetwork::forward(const PatchFeatures& features, const Transforms
 }
 
 void ConvolutionNetwork::backward(const PatchFeatures& features, const std::vector<float>& outputGradient,
-                                  const Transforms& transforms, const MatrixKernels& kernels, Workspace& work,
-                                  std::vector<float>& gradient) const {
+                                  const Transforms& transforms, const NetworkKernels& kernels,
+                                  Workspace& work, std::vector<float>& gradient) const {
   const BorderedImage& image = work.image;
   const int last = shape_.layers + 1;
   const std::vector<float> noBias(static_cast<std::size_t>(shape_.channels), 0.f);

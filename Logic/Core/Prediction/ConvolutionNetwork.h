@@ -52,13 +52,13 @@ public:
   /// Computes work.outputs[sample][outputStride(phases)] for the samples of the features that are computed.
   /// The channels of the others count as 0, which shows within reach() of them.
   /// `transforms`: of the current parameters.
-  void forward(const PatchFeatures& features, const Transforms& transforms, const MatrixKernels& kernels,
+  void forward(const PatchFeatures& features, const Transforms& transforms, const NetworkKernels& kernels,
                Workspace& work) const;
 
   /// Adds the gradient of a loss to `gradient` (size of parameters()), given its derivative by the outputs of
   /// the last forward() with `work`, of all samples: same shape as the outputs, 0 at the features' borders.
   void backward(const PatchFeatures& features, const std::vector<float>& outputGradient,
-                const Transforms& transforms, const MatrixKernels& kernels, Workspace& work,
+                const Transforms& transforms, const NetworkKernels& kernels, Workspace& work,
                 std::vector<float>& gradient) const;
 
   Transforms transforms() const;

@@ -13,7 +13,7 @@ void DenseLayer::draw(float* parameters, Random& random) const {
 }
 
 void DenseLayer::forward(const float* parameters, const float* x, std::int64_t samples,
-                         const MatrixKernels& kernels, float* y) const {
+                         const NetworkKernels& kernels, float* y) const {
   for (std::int64_t s = 0; s < samples; ++s)
     std::copy_n(parameters + bias(), outputs, y + s * outputs);
   kernels.multiply({samples, inputs, outputs, x, inputs, 1, parameters + at, y});
@@ -31,7 +31,7 @@ std::vector<float> DenseLayer::transposed(const float* parameters) const {
 }
 
 void DenseLayer::backward(const float* x, const float* y, std::int64_t samples,
-                          const std::vector<float>& transposed, const MatrixKernels& kernels,
+                          const std::vector<float>& transposed, const NetworkKernels& kernels,
                           float* yGradient, float* gradient, float* xGradient) const {
   if (rectified) kernels.activateBack(samples, static_cast<int>(outputs), y, 0, yGradient);
   kernels.addSums(samples, static_cast<int>(outputs), yGradient, gradient + bias());

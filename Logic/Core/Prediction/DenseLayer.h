@@ -1,6 +1,6 @@
 #pragma once
 #include "Core/Base/Random.h"
-#include "Core/Prediction/MatrixKernels.h"
+#include "Core/Prediction/NetworkKernels.h"
 
 namespace innergs {
 
@@ -18,7 +18,7 @@ struct DenseLayer {
   void draw(float* parameters, Random& random) const;
 
   /// x: [sample][input], y: [sample][output].
-  void forward(const float* parameters, const float* x, std::int64_t samples, const MatrixKernels& kernels,
+  void forward(const float* parameters, const float* x, std::int64_t samples, const NetworkKernels& kernels,
                float* y) const;
 
   /// The weights as backward() needs them.
@@ -28,7 +28,7 @@ struct DenseLayer {
   /// they are, and writes that of x unless null (inputs: a multiple of 16). y may be null without a
   /// rectifier.
   void backward(const float* x, const float* y, std::int64_t samples, const std::vector<float>& transposed,
-                const MatrixKernels& kernels, float* yGradient, float* gradient, float* xGradient) const;
+                const NetworkKernels& kernels, float* yGradient, float* gradient, float* xGradient) const;
 };
 
 } // namespace innergs

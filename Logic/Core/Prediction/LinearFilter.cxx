@@ -137,7 +137,7 @@ PairPlace randomPlace(const std::vector<TrainingPlane>& planes, const SliceSampl
 }
 
 PatchFilter learnFilter(const TrainingPlanes& planes, const SliceSampling& sampling, const PairShape& shape,
-                        double pairNoise, std::uint64_t seed, const MatrixKernels& kernels,
+                        double pairNoise, std::uint64_t seed, const NetworkKernels& kernels,
                         ThreadPool& pool) {
   constexpr std::int64_t pairs = 96;
   constexpr int classes = 2 * PatchFilter::reach + 1; // the last: away from the ends
@@ -203,7 +203,7 @@ PatchFilter learnFilter(const TrainingPlanes& planes, const SliceSampling& sampl
   return filter;
 }
 
-void applyFilter(const PatchFilter& filter, const PatchFeatures& features, const MatrixKernels& kernels,
+void applyFilter(const PatchFilter& filter, const PatchFeatures& features, const NetworkKernels& kernels,
                  float* out) {
   const int outputs = outputStride(filter.phases), stack = features.slices - features.before - features.after;
   const auto weightsOf = [&](int slice) -> const std::vector<float>& {

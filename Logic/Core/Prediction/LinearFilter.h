@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Prediction/MatrixKernels.h"
+#include "Core/Prediction/NetworkKernels.h"
 #include "Core/Prediction/PatchFeatures.h"
 #include "Core/Prediction/TrainingPairs.h"
 
@@ -44,11 +44,12 @@ PairPlace randomPlace(const std::vector<TrainingPlane>& planes, const SliceSampl
 
 /// Ridge regression on pairs, with interpolation as the prior. `slices`: of the stack.
 PatchFilter learnFilter(const TrainingPlanes& planes, const SliceSampling& sampling, const PairShape& shape,
-                        double pairNoise, std::uint64_t seed, const MatrixKernels& kernels, ThreadPool& pool);
+                        double pairNoise, std::uint64_t seed, const NetworkKernels& kernels,
+                        ThreadPool& pool);
 
 /// For the samples that are computed, out[sample][outputStride] += weights · features: the thin samples'
 /// difference from the patch mean, divided by the deviation.
-void applyFilter(const PatchFilter& filter, const PatchFeatures& features, const MatrixKernels& kernels,
+void applyFilter(const PatchFilter& filter, const PatchFeatures& features, const NetworkKernels& kernels,
                  float* out);
 
 } // namespace innergs

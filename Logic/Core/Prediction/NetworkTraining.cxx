@@ -44,7 +44,7 @@ void batchOf(const TrainingPair& pair, int phases, float floor, TrainingBatch& b
 } // namespace
 
 double batchLoss(const ConvolutionNetwork& network, const PatchFilter& filter, const TrainingBatch& batch,
-                 const ConvolutionNetwork::Transforms& transforms, const MatrixKernels& kernels,
+                 const ConvolutionNetwork::Transforms& transforms, const NetworkKernels& kernels,
                  ConvolutionNetwork::Workspace& work, std::vector<float>& gradient, double& counted) {
   const PatchFeatures& features = batch.features;
   const int outputs = outputStride(filter.phases);
@@ -73,7 +73,7 @@ double batchLoss(const ConvolutionNetwork& network, const PatchFilter& filter, c
 }
 
 ConvolutionNetwork trainNetwork(std::span<const TrainingSource> sources, const TrainingPlan& plan,
-                                std::uint64_t seed, const MatrixKernels& kernels, ThreadPool& pool,
+                                std::uint64_t seed, const NetworkKernels& kernels, ThreadPool& pool,
                                 const std::function<void(double)>& progress) {
   const int phases = sources.front().sampling.phases;
   ConvolutionNetwork network({phases, plan.channels, plan.layers}, seed);

@@ -31,7 +31,7 @@ struct TrainingPlan {
 /// Each pair comes from one of the sources, drawn at random. Bit-identical for any number of threads: the
 /// sums of a step's pairs are added in order. Progress: 0…1.
 ConvolutionNetwork trainNetwork(std::span<const TrainingSource> sources, const TrainingPlan& plan,
-                                std::uint64_t seed, const MatrixKernels& kernels, ThreadPool& pool,
+                                std::uint64_t seed, const NetworkKernels& kernels, ThreadPool& pool,
                                 const std::function<void(double)>& progress);
 
 /// Training samples.
@@ -44,7 +44,7 @@ struct TrainingBatch {
 /// Adds the gradient of the loss on a batch: the sum of squared errors after filter and network, in units of
 /// the patches' deviation. Returns the loss; `counted`: the number of squares in it.
 double batchLoss(const ConvolutionNetwork& network, const PatchFilter& filter, const TrainingBatch& batch,
-                 const ConvolutionNetwork::Transforms& transforms, const MatrixKernels& kernels,
+                 const ConvolutionNetwork::Transforms& transforms, const NetworkKernels& kernels,
                  ConvolutionNetwork::Workspace& work, std::vector<float>& gradient, double& counted);
 
 } // namespace innergs

@@ -5,7 +5,7 @@
 namespace innergs {
 
 void orthogonalise(std::vector<float>& values, std::int64_t rows, std::int64_t columns,
-                   const MatrixKernels& kernels) {
+                   const NetworkKernels& kernels) {
   double squares = 0;
   for (const float v : values)
     squares += static_cast<double>(v) * v;

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Prediction/MatrixKernels.h"
+#include "Core/Prediction/NetworkKernels.h"
 
 #include <cmath>
 
@@ -11,7 +11,7 @@ public:
   explicit ParameterAdam(std::size_t count) : moment1_(count, 0.f), moment2_(count, 0.f) {}
 
   void apply(std::vector<float>& parameters, const std::vector<float>& gradient, double rate,
-             const MatrixKernels& kernels) {
+             const NetworkKernels& kernels) {
     constexpr double beta1 = 0.9, beta2 = 0.99;
     ++step_;
     kernels.adam({static_cast<float>(rate / (1 - std::pow(beta1, step_))), static_cast<float>(beta1),

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Prediction/MatrixKernels.h"
+#include "Core/Prediction/NetworkKernels.h"
 #include "Core/Prediction/SliceSampling.h"
 
 #include <span>

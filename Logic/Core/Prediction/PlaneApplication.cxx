@@ -76,8 +76,8 @@ public:
   }
 
   /// thin: the samples of the thin lattice, of which it sets the plane's.
-  void predict(std::int64_t plane, std::span<const Flip> flips, const MatrixKernels& kernels, PlaneWork& work,
-               std::vector<float>& thin) const {
+  void predict(std::int64_t plane, std::span<const Flip> flips, const NetworkKernels& kernels,
+               PlaneWork& work, std::vector<float>& thin) const {
     const int phases = model_.sampling.phases;
     const int outputs = outputStride(phases);
     const int twiceCentre = static_cast<int>(std::lround(2 * model_.sampling.centre));
@@ -155,7 +155,7 @@ private:
 
 } // namespace
 
-void predictSamples(const SliceModel& model, const PatchFeatures& features, const MatrixKernels& kernels,
+void predictSamples(const SliceModel& model, const PatchFeatures& features, const NetworkKernels& kernels,
                     ConvolutionNetwork::Workspace& work, std::vector<float>& output) {
   if (model.network) {
     model.network->forward(features, model.transforms, kernels, work);
@@ -168,7 +168,7 @@ void predictSamples(const SliceModel& model, const PatchFeatures& features, cons
 
 std::array<std::vector<float>, 2> applyAcrossSlices(const SliceModel& model, const Volume& image,
                                                     std::span<const std::uint8_t> wanted,
-                                                    Reflections reflections, const MatrixKernels& kernels,
+                                                    Reflections reflections, const NetworkKernels& kernels,
                                                     const GridGeometry& thin, ThreadPool& pool,
                                                     const std::function<void(double)>& progress) {
   const auto& n = image.geometry.size;

@@ -26,12 +26,12 @@ enum class Reflections { None, Two, Four };
 /// wanted: 1 for the image's voxels whose thin samples are wanted; others may be left 0. Progress: 0…1.
 std::array<std::vector<float>, 2> applyAcrossSlices(const SliceModel& model, const Volume& image,
                                                     std::span<const std::uint8_t> wanted,
-                                                    Reflections reflections, const MatrixKernels& kernels,
+                                                    Reflections reflections, const NetworkKernels& kernels,
                                                     const GridGeometry& thin, ThreadPool& pool,
                                                     const std::function<void(double)>& progress);
 
 /// output[sample][outputStride]: the prediction's difference from the patch mean, divided by the deviation.
-void predictSamples(const SliceModel& model, const PatchFeatures& features, const MatrixKernels& kernels,
+void predictSamples(const SliceModel& model, const PatchFeatures& features, const NetworkKernels& kernels,
                     ConvolutionNetwork::Workspace& work, std::vector<float>& output);
 
 } // namespace innergs

@@ -6,7 +6,7 @@
 #define INNERGS_SIMD_LAYERS_INL_H
 #endif
 
-#include "Core/Prediction/MatrixKernels.h"
+#include "Core/Prediction/NetworkKernels.h"
 #include "Core/Prediction/SimdLanes-inl.h"
 
 #include <hwy/highway.h>

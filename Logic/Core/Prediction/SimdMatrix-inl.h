@@ -6,7 +6,7 @@
 #define INNERGS_SIMD_MATRIX_INL_H
 #endif
 
-#include "Core/Prediction/MatrixKernels.h"
+#include "Core/Prediction/NetworkKernels.h"
 
 #include <hwy/highway.h>
 

@@ -299,7 +299,7 @@ struct Measured {
 };
 
 Measured measure(const SliceModel& model, const TrainingPlanes& planes, const PairShape& shape,
-                 double pairNoise, std::uint64_t seed, const MatrixKernels& kernels, ThreadPool& pool) {
+                 double pairNoise, std::uint64_t seed, const NetworkKernels& kernels, ThreadPool& pool) {
   constexpr std::int64_t pairs = 48;
   struct Part {
     double linear = 0, cubic = 0, filter = 0;
@@ -406,7 +406,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
   const GridGeometry& g = given.image.geometry;
   const GridGeometry grid = options.grid.value_or(predictionGrid(g));
   checkGrid(grid, g);
-  const MatrixKernels& kernels = matrixKernels(options.instructionSet);
+  const NetworkKernels& kernels = networkKernels(options.instructionSet);
   const auto start = std::chrono::steady_clock::now();
   const auto report = [&](PredictionPhase phase, double fraction) {
     if (progress) progress({phase, fraction});

@@ -46,7 +46,7 @@ void forBlocks(const BorderedImage& image, std::span<const ColumnSpan> spans, co
 
 /// The points of the block's rows and one more at each end: [point][row][tile][channel].
 ImageTiles inputPoints(const BorderedImage& in, const float* image, const TileBlock& block,
-                       const MatrixKernels& kernels, std::vector<float>& points) {
+                       const NetworkKernels& kernels, std::vector<float>& points) {
   const std::int64_t row = block.tiles * in.channels;
   const ImageTiles tiles{block.tiles, in.channels, (block.rows + kTaps - 1) * row};
   points.resize(static_cast<std::size_t>(kPoints * tiles.pointStep));
@@ -85,7 +85,7 @@ std::vector<float> WinogradConvolution::transformed(const float* weights, int in
 void WinogradConvolution::convolve(const BorderedImage& in, const float* image,
                                    const std::vector<float>& transformedWeights, int outputs,
                                    std::span<const ColumnSpan> spans, const float* biases, float leak,
-                                   const MatrixKernels& kernels, float* out) {
+                                   const NetworkKernels& kernels, float* out) {
   const BorderedImage result{in.rows, in.columns, outputs};
   forBlocks(in, spans, [&](const TileBlock& block) {
     const std::int64_t row = block.tiles * outputs;
@@ -117,7 +117,7 @@ void WinogradConvolution::convolve(const BorderedImage& in, const float* image,
 }
 
 void WinogradConvolution::addWeightGradient(const BorderedImage& in, const float* image, int outputs,
-                                            const float* outGradient, const MatrixKernels& kernels,
+                                            const float* outGradient, const NetworkKernels& kernels,
                                             float* weightGradient) {
   const BorderedImage result{in.rows, in.columns, outputs};
   const std::size_t size = static_cast<std::size_t>(in.channels) * outputs;

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Prediction/MatrixKernels.h"
+#include "Core/Prediction/NetworkKernels.h"
 #include "Core/Prediction/PatchFeatures.h"
 
 namespace innergs {
@@ -31,12 +31,12 @@ public:
   /// `outputs` channels, from row 0's border column on.
   void convolve(const BorderedImage& in, const float* image, const std::vector<float>& transformedWeights,
                 int outputs, std::span<const ColumnSpan> spans, const float* biases, float leak,
-                const MatrixKernels& kernels, float* out);
+                const NetworkKernels& kernels, float* out);
 
   /// Adds the gradient of a loss by the weights, given its derivative by the convolved image, 0 at its
   /// border.
   void addWeightGradient(const BorderedImage& in, const float* image, int outputs, const float* outGradient,
-                         const MatrixKernels& kernels, float* weightGradient);
+                         const NetworkKernels& kernels, float* weightGradient);
 
 private:
   std::vector<float> input_, output_, weights_; // at the points

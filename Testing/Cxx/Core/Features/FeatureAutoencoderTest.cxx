@@ -34,7 +34,7 @@ TEST(FeatureAutoencoder, GradientIsTheDifferenceQuotient) {
   AutoencoderTraining short_;
   short_.steps = 3;
   ThreadPool pool(1);
-  const MatrixKernels kernels = scalarMatrixKernels();
+  const NetworkKernels kernels = scalarNetworkKernels();
   const std::vector<float> samples = unitSamples(40);
   FeatureAutoencoder a = trainAutoencoder(samples, kEdge, short_, kernels, pool, {});
   std::vector<float> x(5 * static_cast<std::size_t>(a.decoder.stride()), 0.f);
@@ -70,7 +70,7 @@ TEST(FeatureAutoencoder, GradientIsTheDifferenceQuotient) {
 
 TEST(FeatureAutoencoder, RestoresWhatItLearned) {
   ThreadPool pool(2);
-  const MatrixKernels& kernels = matrixKernels("");
+  const NetworkKernels& kernels = networkKernels("");
   const std::vector<float> samples = unitSamples(500);
   AutoencoderTraining plan;
   plan.steps = 600;
@@ -97,14 +97,14 @@ TEST(FeatureAutoencoder, SameBitsAtAnyNumberOfThreadsAndStops) {
   plan.steps = 10;
   const std::vector<float> samples = unitSamples(50);
   ThreadPool one(1), four(4);
-  const FeatureAutoencoder a = trainAutoencoder(samples, kEdge, plan, matrixKernels(""), one, {}),
-                           b = trainAutoencoder(samples, kEdge, plan, matrixKernels(""), four, {});
+  const FeatureAutoencoder a = trainAutoencoder(samples, kEdge, plan, networkKernels(""), one, {}),
+                           b = trainAutoencoder(samples, kEdge, plan, networkKernels(""), four, {});
   EXPECT_EQ(a.encoder, b.encoder);
   EXPECT_EQ(a.decoder.parameters, b.decoder.parameters);
   std::stop_source stop;
   stop.request_stop();
   four.setStop(stop.get_token());
-  EXPECT_THROW(trainAutoencoder(samples, kEdge, plan, matrixKernels(""), four, {}), Error);
+  EXPECT_THROW(trainAutoencoder(samples, kEdge, plan, networkKernels(""), four, {}), Error);
 }
 
 } // namespace

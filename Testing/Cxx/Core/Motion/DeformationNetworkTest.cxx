@@ -30,20 +30,20 @@ protected:
 
   float draw(double reach) { return static_cast<float>(reach * (2 * random.uniform() - 1)); }
 
-  std::vector<float> outputs(double time, const MatrixKernels& kernels) {
+  std::vector<float> outputs(double time, const NetworkKernels& kernels) {
     std::vector<float> out(weights.size());
     DeformationEvaluator(network, points, kernels).forward(network, time, out, pool);
     return out;
   }
 
-  std::vector<float> gradient(double time, const MatrixKernels& kernels, ThreadPool& by) {
+  std::vector<float> gradient(double time, const NetworkKernels& kernels, ThreadPool& by) {
     std::vector<float> sum(network.parameters.size(), 0.F);
     DeformationEvaluator(network, points, kernels).backward(network, time, weights, sum, by);
     return sum;
   }
 
   double loss(double time) {
-    const std::vector<float> out = outputs(time, scalarMatrixKernels());
+    const std::vector<float> out = outputs(time, scalarNetworkKernels());
     double sum = 0;
     for (std::size_t i = 0; i < out.size(); ++i)
       sum += static_cast<double>(weights[i]) * static_cast<double>(out[i]);
@@ -60,7 +60,7 @@ protected:
 } // namespace
 
 TEST_F(DeformationNetworkTest, GradientIsTheDifferenceQuotient) {
-  const MatrixKernels kernels = scalarMatrixKernels();
+  const NetworkKernels kernels = scalarNetworkKernels();
   for (const double time : {1.0, 2.3, 4.0, 5.0}) {
     const std::vector<float> analytic = gradient(time, kernels, pool);
     int moved = 0;
@@ -94,32 +94,32 @@ TEST_F(DeformationNetworkTest, InstructionSetsAgreeWithThePlainOne) {
     EXPECT_GT(size, 0) << name;
     EXPECT_LT(most, 2e-5 * size) << name;
   };
-  const MatrixKernels plain = scalarMatrixKernels();
-  for (const MatrixKernels& kernels : matrixKernelSets()) {
+  const NetworkKernels plain = scalarNetworkKernels();
+  for (const NetworkKernels& kernels : networkKernelSets()) {
     close(outputs(2.3, kernels), outputs(2.3, plain), kernels.name);
     close(gradient(2.3, kernels, pool), gradient(2.3, plain, pool), kernels.name);
   }
 }
 
 TEST_F(DeformationNetworkTest, SameBitsAtAnyNumberOfThreads) {
-  const MatrixKernels& kernels = matrixKernels("");
+  const NetworkKernels& kernels = networkKernels("");
   ThreadPool one(1), five(5);
   EXPECT_EQ(gradient(1.7, kernels, one), gradient(1.7, kernels, five));
 }
 
 TEST_F(DeformationNetworkTest, ChangesNothingAtTheStart) {
   initialise(network, 5);
-  for (const float x : outputs(2, matrixKernels("")))
+  for (const float x : outputs(2, networkKernels("")))
     ASSERT_EQ(x, 0);
 }
 
 TEST_F(DeformationNetworkTest, PlacesAndTimesBeyondTheBoxCountAsItsBorder) {
   points = {9, -8, 20, 4, -3, 9};
   weights.resize(2 * DeformationNetwork::kOutputs);
-  const std::vector<float> beyond = outputs(7, matrixKernels(""));
+  const std::vector<float> beyond = outputs(7, networkKernels(""));
   for (int i = 0; i < DeformationNetwork::kOutputs; ++i)
     EXPECT_EQ(beyond[i], beyond[DeformationNetwork::kOutputs + i]);
-  EXPECT_EQ(beyond, outputs(4, matrixKernels("")));
+  EXPECT_EQ(beyond, outputs(4, networkKernels("")));
 }
 
 TEST_F(DeformationNetworkTest, SmoothnessPullsPlanesTowardsNoChange) {

@@ -24,7 +24,7 @@ struct Case {
   }
   double loss() const {
     std::vector<float> y(weights.size());
-    layer.forward(parameters.data(), x.data(), samples, scalarMatrixKernels(), y.data());
+    layer.forward(parameters.data(), x.data(), samples, scalarNetworkKernels(), y.data());
     double sum = 0;
     for (std::size_t i = 0; i < y.size(); ++i)
       sum += static_cast<double>(y[i]) * static_cast<double>(weights[i]);
@@ -50,7 +50,7 @@ TEST(DenseLayer, GradientIsTheDifferenceQuotient) {
     c.layer.rectified = rectified;
     std::vector<float> y(c.weights.size()), yGradient = c.weights, gradient(c.parameters.size(), 0.F),
                                             xGradient(c.x.size());
-    const MatrixKernels kernels = scalarMatrixKernels();
+    const NetworkKernels kernels = scalarNetworkKernels();
     c.layer.forward(c.parameters.data(), c.x.data(), Case::samples, kernels, y.data());
     c.layer.backward(c.x.data(), y.data(), Case::samples, c.layer.transposed(c.parameters.data()), kernels,
                      yGradient.data(), gradient.data(), xGradient.data());

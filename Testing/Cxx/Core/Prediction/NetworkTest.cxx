@@ -46,7 +46,7 @@ struct Example {
     ConvolutionNetwork::Workspace work;
     double counted = 0;
     const double sum =
-        batchLoss(network, filter, batch, network.transforms(), matrixKernels(set), work, gradient, counted);
+        batchLoss(network, filter, batch, network.transforms(), networkKernels(set), work, gradient, counted);
     EXPECT_EQ(counted, 6 * 7 * 3);
     return sum;
   }
@@ -80,7 +80,7 @@ TEST(Network, InstructionSetsAgreeInLossAndGradient) {
   Example example;
   std::vector<float> reference, gradient;
   const double expected = example.loss(reference);
-  for (const MatrixKernels& set : matrixKernelSets()) {
+  for (const NetworkKernels& set : networkKernelSets()) {
     EXPECT_NEAR(example.loss(gradient, set.name.c_str()), expected, 1e-4 * expected) << set.name;
     for (std::size_t i = 0; i < gradient.size(); ++i)
       ASSERT_NEAR(gradient[i], reference[i], 1e-3) << set.name << " " << i;
@@ -103,7 +103,7 @@ TEST(Network, ComputesPartsOfAnImageAsInTheWhole) {
   makeFeatures(low.data(), slices, columns, 0.1f, whole);
   makeFeatures(low.data(), slices, columns, 0.1f, part, 0, 0, spans);
   ConvolutionNetwork::Workspace work, partWork;
-  for (const MatrixKernels& set : matrixKernelSets()) {
+  for (const NetworkKernels& set : networkKernelSets()) {
     network.forward(whole, network.transforms(), set, work);
     network.forward(part, network.transforms(), set, partWork);
     std::vector<float> filtered(work.outputs.size(), 0.f), partFiltered = filtered;
@@ -123,7 +123,7 @@ TEST(Network, OrthogonalisedColumnsAreNearlyOrthonormal) {
   Random random(2);
   for (float& v : values)
     v = static_cast<float>(2 * random.uniform() - 1);
-  orthogonalise(values, rows, columns, matrixKernels("scalar"));
+  orthogonalise(values, rows, columns, networkKernels("scalar"));
   for (std::int64_t a = 0; a < columns; ++a)
     for (std::int64_t b = 0; b < columns; ++b) {
       double product = 0;
@@ -171,7 +171,7 @@ TEST(StartWeights, FitTheNetworksThatAreTrained) {
 }
 
 TEST(StartWeights, GiveWiderNetworksTheSameOutputs) {
-  const MatrixKernels& kernels = matrixKernels("");
+  const NetworkKernels& kernels = networkKernels("");
   constexpr int slices = 7, columns = 9, phases = 4;
   std::vector<float> values(slices * columns);
   Random random(3);
@@ -211,7 +211,7 @@ TEST(StartWeights, LearnFasterThanWeightsDrawnAtRandom) {
   plan.channels = 16;
   plan.steps = 60;
   const PairShape shape = pairShape(planes, sampling, 24, plan.most);
-  const MatrixKernels& kernels = matrixKernels("");
+  const NetworkKernels& kernels = networkKernels("");
   const PatchFilter filter = learnFilter(planes, sampling, shape, 0, 1, kernels, pool);
   const TrainingSource source{planes, sampling, filter, shape, 1};
   const auto errorOf = [&](bool fromScratch) {

@@ -60,7 +60,7 @@ TEST(WinogradConvolution, IsThePlainSum) {
     std::vector<ColumnSpan> spans(static_cast<std::size_t>(rows));
     for (int r = 0; r < rows; r += 2)
       spans[r] = {r % columns / 2, static_cast<int>(columns) - r % 3};
-    for (const MatrixKernels& set : matrixKernelSets())
+    for (const NetworkKernels& set : networkKernelSets())
       for (const bool parts : {false, true}) {
         std::vector<float> out(e.out.size(), 5.f);
         WinogradConvolution convolution;
@@ -90,7 +90,7 @@ TEST(WinogradConvolution, AddsTheGradientOfThePlainSum) {
   e.forProducts([&](std::size_t i, std::size_t w, std::size_t o) {
     expected[w] += static_cast<double>(e.image[i]) * e.gradient[o];
   });
-  for (const MatrixKernels& set : matrixKernelSets()) {
+  for (const NetworkKernels& set : networkKernelSets()) {
     std::vector<float> gradient = start;
     WinogradConvolution convolution;
     convolution.addWeightGradient(e.in, e.image.data(), kOutputs, e.gradient.data(), set, gradient.data());

@@ -1,4 +1,4 @@
-#include "Core/Prediction/MatrixKernels.h"
+#include "Core/Prediction/NetworkKernels.h"
 
 #include <algorithm>
 #include <array>
@@ -105,7 +105,7 @@ void adam(const AdamScalars& s, std::int64_t count, const float* gradient, float
 
 } // namespace
 
-MatrixKernels scalarMatrixKernels() {
+NetworkKernels scalarNetworkKernels() {
   return {"scalar",     multiply, inputToPoints, outputOfPoints, gradientToPoints, activate,
           activateBack, addSums,  adam};
 }

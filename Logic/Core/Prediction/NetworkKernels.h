@@ -35,7 +35,7 @@ struct AdamScalars {
 };
 
 /// The inner loops of networks, for one instruction set. Sums run over `depth` in ascending order.
-struct MatrixKernels {
+struct NetworkKernels {
   std::string name;
   void (*multiply)(const MatrixProduct& product);
   /// The transforms of F(6, 3) (Lavin and Gray 2016, §4.1): Bᵀ·d of the 8 columns d from each tile's first
@@ -56,11 +56,11 @@ struct MatrixKernels {
 };
 
 /// Best first. The last is "scalar", the plain reference that all others are tested against.
-const std::vector<MatrixKernels>& matrixKernelSets();
+const std::vector<NetworkKernels>& networkKernelSets();
 /// Empty name: the best. Throws Error(InvalidArgument) for a name that this processor does not support.
-const MatrixKernels& matrixKernels(const std::string& name);
+const NetworkKernels& networkKernels(const std::string& name);
 
 /// The plain reference.
-MatrixKernels scalarMatrixKernels();
+NetworkKernels scalarNetworkKernels();
 
 } // namespace innergs

@@ -1,4 +1,4 @@
-#include "Core/Prediction/MatrixKernels.h"
+#include "Core/Prediction/NetworkKernels.h"
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Random.h"
@@ -16,7 +16,7 @@ std::vector<float> randomFloats(std::size_t count, std::uint64_t seed) {
   return values;
 }
 
-TEST(MatrixKernels, AllInstructionSetsMultiplyAsTheScalarReference) {
+TEST(NetworkKernels, AllInstructionSetsMultiplyAsTheScalarReference) {
   // Ordinary, transposed, and with overlapping rows; rows that do not fill a block; segments that lie apart.
   const MatrixProduct cases[] = {{.rows = 1, .depth = 1, .columns = 16, .rowStep = 1},
                                  {.rows = 13, .depth = 63, .columns = 32, .rowStep = 64},
@@ -47,7 +47,7 @@ TEST(MatrixKernels, AllInstructionSetsMultiplyAsTheScalarReference) {
       }
     c.a = a.data();
     c.b = b.data();
-    for (const MatrixKernels& set : matrixKernelSets()) {
+    for (const NetworkKernels& set : networkKernelSets()) {
       std::vector<float> out = start;
       c.c = out.data();
       set.multiply(c);
@@ -57,12 +57,12 @@ TEST(MatrixKernels, AllInstructionSetsMultiplyAsTheScalarReference) {
   }
 }
 
-TEST(MatrixKernels, AllInstructionSetsTransformTilesAsTheScalarReference) {
+TEST(NetworkKernels, AllInstructionSetsTransformTilesAsTheScalarReference) {
   constexpr int channels = 32;
   const ImageTiles tiles{3, channels, 5 * channels};
   const auto columns = randomFloats((3 * ImageTiles::width + 2) * channels, 8),
              points = randomFloats(ImageTiles::points * 5 * channels, 9), biases = randomFloats(channels, 10);
-  const auto all = [&](const MatrixKernels& set) {
+  const auto all = [&](const NetworkKernels& set) {
     std::vector<float> input(points.size(), 0.f), gradient = input, output(columns.size(), 0.f);
     set.inputToPoints(tiles, columns.data(), input.data());
     set.gradientToPoints(tiles, columns.data(), gradient.data());
@@ -71,18 +71,18 @@ TEST(MatrixKernels, AllInstructionSetsTransformTilesAsTheScalarReference) {
       input.insert(input.end(), more->begin(), more->end());
     return input;
   };
-  const auto expected = all(scalarMatrixKernels());
-  for (const MatrixKernels& set : matrixKernelSets()) {
+  const auto expected = all(scalarNetworkKernels());
+  for (const NetworkKernels& set : networkKernelSets()) {
     const auto out = all(set);
     for (std::size_t i = 0; i < out.size(); ++i)
       ASSERT_NEAR(out[i], expected[i], 1e-5) << set.name << " " << i;
   }
 }
 
-TEST(MatrixKernels, AllInstructionSetsActivateAsTheScalarReference) {
+TEST(NetworkKernels, AllInstructionSetsActivateAsTheScalarReference) {
   constexpr int channels = 32, samples = 5;
   const auto values = randomFloats(samples * channels, 11), biases = randomFloats(channels, 12);
-  const auto all = [&](const MatrixKernels& set) {
+  const auto all = [&](const NetworkKernels& set) {
     std::vector<float> out = values, gradient = values, sums = biases;
     set.activate(samples, channels, biases.data(), 0.1f, out.data());
     set.activateBack(samples, channels, out.data(), 0.1f, gradient.data());
@@ -91,20 +91,20 @@ TEST(MatrixKernels, AllInstructionSetsActivateAsTheScalarReference) {
       out.insert(out.end(), more->begin(), more->end());
     return out;
   };
-  const auto expected = all(scalarMatrixKernels());
+  const auto expected = all(scalarNetworkKernels());
   EXPECT_FLOAT_EQ(expected[0], std::max(values[0] + biases[0], 0.1f * (values[0] + biases[0])));
-  for (const MatrixKernels& set : matrixKernelSets()) {
+  for (const NetworkKernels& set : networkKernelSets()) {
     const auto out = all(set);
     for (std::size_t i = 0; i < out.size(); ++i)
       ASSERT_NEAR(out[i], expected[i], 1e-6) << set.name << " " << i;
   }
 }
 
-TEST(MatrixKernels, AllInstructionSetsStepAsTheScalarReference) {
+TEST(NetworkKernels, AllInstructionSetsStepAsTheScalarReference) {
   constexpr std::size_t count = 48;
   const auto gradient = randomFloats(count, 4);
   const AdamScalars step{0.01f, 0.9f, 0.98f, 1.5f};
-  const auto after = [&](const MatrixKernels& set) {
+  const auto after = [&](const NetworkKernels& set) {
     auto first = randomFloats(count, 5), second = randomFloats(count, 6), x = randomFloats(count, 7);
     for (float& v : second)
       v = std::abs(v);
@@ -113,18 +113,18 @@ TEST(MatrixKernels, AllInstructionSetsStepAsTheScalarReference) {
       x.insert(x.end(), more->begin(), more->end());
     return x;
   };
-  const auto expected = after(scalarMatrixKernels());
-  for (const MatrixKernels& set : matrixKernelSets()) {
+  const auto expected = after(scalarNetworkKernels());
+  for (const NetworkKernels& set : networkKernelSets()) {
     const auto out = after(set);
     for (std::size_t i = 0; i < out.size(); ++i)
       ASSERT_NEAR(out[i], expected[i], 1e-6) << set.name << " " << i;
   }
 }
 
-TEST(MatrixKernels, AnUnknownInstructionSetIsRefused) {
-  EXPECT_EQ(matrixKernels("").name, matrixKernelSets().front().name);
-  EXPECT_EQ(matrixKernels("scalar").name, "scalar");
-  EXPECT_THROW(matrixKernels("abacus"), Error);
+TEST(NetworkKernels, AnUnknownInstructionSetIsRefused) {
+  EXPECT_EQ(networkKernels("").name, networkKernelSets().front().name);
+  EXPECT_EQ(networkKernels("scalar").name, "scalar");
+  EXPECT_THROW(networkKernels("abacus"), Error);
 }
 
 } // namespace

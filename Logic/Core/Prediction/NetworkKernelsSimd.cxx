@@ -1,11 +1,11 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/InstructionSets.h"
-#include "Core/Prediction/MatrixKernels.h"
+#include "Core/Prediction/NetworkKernels.h"
 
 // The code stores vectors in array elements, which sizeless types do not allow.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "Core/Prediction/MatrixKernelsSimd.cxx"
+#define HWY_TARGET_INCLUDE "Core/Prediction/NetworkKernelsSimd.cxx"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -17,7 +17,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace innergs::HWY_NAMESPACE {
 
-MatrixKernels simdMatrixKernels() {
+NetworkKernels simdNetworkKernels() {
   return {hwy::TargetName(HWY_TARGET),
           multiply,
           inputToPoints,
@@ -34,28 +34,28 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace innergs {
-HWY_EXPORT(simdMatrixKernels);
+HWY_EXPORT(simdNetworkKernels);
 
 namespace {
 
-std::vector<MatrixKernels> findMatrixKernels() {
+std::vector<NetworkKernels> findNetworkKernels() {
   std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
   std::erase_if(targets, [](std::int64_t t) { return t == HWY_SCALAR || t == HWY_EMU128; }); // the reference
-  std::vector<MatrixKernels> found;
-  forEachInstructionSet(targets, [&] { found.push_back(HWY_DYNAMIC_DISPATCH(simdMatrixKernels)()); });
-  found.push_back(scalarMatrixKernels());
+  std::vector<NetworkKernels> found;
+  forEachInstructionSet(targets, [&] { found.push_back(HWY_DYNAMIC_DISPATCH(simdNetworkKernels)()); });
+  found.push_back(scalarNetworkKernels());
   return found;
 }
 
 } // namespace
 
-const std::vector<MatrixKernels>& matrixKernelSets() {
-  static const std::vector<MatrixKernels> sets = findMatrixKernels();
+const std::vector<NetworkKernels>& networkKernelSets() {
+  static const std::vector<NetworkKernels> sets = findNetworkKernels();
   return sets;
 }
 
-const MatrixKernels& matrixKernels(const std::string& name) {
-  const auto& sets = matrixKernelSets();
+const NetworkKernels& networkKernels(const std::string& name) {
+  const auto& sets = networkKernelSets();
   if (name.empty()) return sets.front();
   for (const auto& set : sets)
     if (set.name == name) return set;
