@@ -38,7 +38,7 @@ public:
       const double middle = sum / PatchFeatures::count;
       const double variance = std::max(0.0, square / PatchFeatures::count - middle * middle);
       mean[c] = static_cast<float>(middle);
-      deviation[c] = floor > 0 ? static_cast<float>(std::sqrt(variance + double{floor} * floor)) : 1.F;
+      deviation[c] = floor > 0 ? static_cast<float>(std::sqrt(variance + double{floor} * floor)) : 1.f;
     }
   }
 

@@ -20,6 +20,8 @@ TEST(NetworkKernels, AllInstructionSetsMultiplyAsTheScalarReference) {
   // Ordinary, transposed, and with overlapping rows; rows that do not fill a block; segments that lie apart.
   const MatrixProduct cases[] = {{.rows = 1, .depth = 1, .columns = 16, .rowStep = 1},
                                  {.rows = 13, .depth = 63, .columns = 32, .rowStep = 64},
+                                 {.rows = 31, .depth = 9, .columns = 8, .rowStep = 9},
+                                 {.rows = 5, .depth = 12, .columns = 24, .rowStep = 12, .add = false},
                                  {.rows = 64, .depth = 29, .columns = 48, .rowStep = 1, .step = 64},
                                  {.rows = 27, .depth = 96, .columns = 16, .rowStep = 32, .add = false},
                                  {.rows = 32,
@@ -58,66 +60,71 @@ TEST(NetworkKernels, AllInstructionSetsMultiplyAsTheScalarReference) {
 }
 
 TEST(NetworkKernels, AllInstructionSetsTransformTilesAsTheScalarReference) {
-  constexpr int channels = 32;
-  const ImageTiles tiles{3, channels, 5 * channels};
-  const auto columns = randomFloats((3 * ImageTiles::width + 2) * channels, 8),
-             points = randomFloats(ImageTiles::points * 5 * channels, 9), biases = randomFloats(channels, 10);
-  const auto all = [&](const NetworkKernels& set) {
-    std::vector<float> input(points.size(), 0.f), gradient = input, output(columns.size(), 0.f);
-    set.inputToPoints(tiles, columns.data(), input.data());
-    set.gradientToPoints(tiles, columns.data(), gradient.data());
-    set.outputOfPoints(tiles, points.data(), biases.data(), 0.1f, output.data());
-    for (const auto* more : {&gradient, &output})
-      input.insert(input.end(), more->begin(), more->end());
-    return input;
-  };
-  const auto expected = all(scalarNetworkKernels());
-  for (const NetworkKernels& set : networkKernelSets()) {
-    const auto out = all(set);
-    for (std::size_t i = 0; i < out.size(); ++i)
-      ASSERT_NEAR(out[i], expected[i], 1e-5) << set.name << " " << i;
+  for (const int channels : {8, 32}) {
+    const ImageTiles tiles{3, channels, 5 * channels};
+    const auto columns = randomFloats((3 * ImageTiles::width + 2) * channels, 8),
+               points = randomFloats(ImageTiles::points * 5 * channels, 9),
+               biases = randomFloats(channels, 10);
+    const auto all = [&](const NetworkKernels& set) {
+      std::vector<float> input(points.size(), 0.f), gradient = input, output(columns.size(), 0.f);
+      set.inputToPoints(tiles, columns.data(), input.data());
+      set.gradientToPoints(tiles, columns.data(), gradient.data());
+      set.outputOfPoints(tiles, points.data(), biases.data(), 0.1f, output.data());
+      for (const auto* more : {&gradient, &output})
+        input.insert(input.end(), more->begin(), more->end());
+      return input;
+    };
+    const auto expected = all(scalarNetworkKernels());
+    for (const NetworkKernels& set : networkKernelSets()) {
+      const auto out = all(set);
+      for (std::size_t i = 0; i < out.size(); ++i)
+        ASSERT_NEAR(out[i], expected[i], 1e-5) << set.name << " " << i;
+    }
   }
 }
 
 TEST(NetworkKernels, AllInstructionSetsActivateAsTheScalarReference) {
-  constexpr int channels = 32, samples = 5;
-  const auto values = randomFloats(samples * channels, 11), biases = randomFloats(channels, 12);
-  const auto all = [&](const NetworkKernels& set) {
-    std::vector<float> out = values, gradient = values, sums = biases;
-    set.activate(samples, channels, biases.data(), 0.1f, out.data());
-    set.activateBack(samples, channels, out.data(), 0.1f, gradient.data());
-    set.addSums(samples, channels, values.data(), sums.data());
-    for (const auto* more : {&gradient, &sums})
-      out.insert(out.end(), more->begin(), more->end());
-    return out;
-  };
-  const auto expected = all(scalarNetworkKernels());
-  EXPECT_FLOAT_EQ(expected[0], std::max(values[0] + biases[0], 0.1f * (values[0] + biases[0])));
-  for (const NetworkKernels& set : networkKernelSets()) {
-    const auto out = all(set);
-    for (std::size_t i = 0; i < out.size(); ++i)
-      ASSERT_NEAR(out[i], expected[i], 1e-6) << set.name << " " << i;
+  constexpr int samples = 5;
+  for (const int channels : {8, 32}) {
+    const auto values = randomFloats(samples * channels, 11), biases = randomFloats(channels, 12);
+    const auto all = [&](const NetworkKernels& set) {
+      std::vector<float> out = values, gradient = values, sums = biases;
+      set.activate(samples, channels, biases.data(), 0.1f, out.data());
+      set.activateBack(samples, channels, out.data(), 0.1f, gradient.data());
+      set.addSums(samples, channels, values.data(), sums.data());
+      for (const auto* more : {&gradient, &sums})
+        out.insert(out.end(), more->begin(), more->end());
+      return out;
+    };
+    const auto expected = all(scalarNetworkKernels());
+    EXPECT_FLOAT_EQ(expected[0], std::max(values[0] + biases[0], 0.1f * (values[0] + biases[0])));
+    for (const NetworkKernels& set : networkKernelSets()) {
+      const auto out = all(set);
+      for (std::size_t i = 0; i < out.size(); ++i)
+        ASSERT_NEAR(out[i], expected[i], 1e-6) << set.name << " " << i;
+    }
   }
 }
 
 TEST(NetworkKernels, AllInstructionSetsStepAsTheScalarReference) {
-  constexpr std::size_t count = 48;
-  const auto gradient = randomFloats(count, 4);
-  const AdamScalars step{0.01f, 0.9f, 0.98f, 1.5f};
-  const auto after = [&](const NetworkKernels& set) {
-    auto first = randomFloats(count, 5), second = randomFloats(count, 6), x = randomFloats(count, 7);
-    for (float& v : second)
-      v = std::abs(v);
-    set.adam(step, count, gradient.data(), first.data(), second.data(), x.data());
-    for (const auto* more : {&first, &second})
-      x.insert(x.end(), more->begin(), more->end());
-    return x;
-  };
-  const auto expected = after(scalarNetworkKernels());
-  for (const NetworkKernels& set : networkKernelSets()) {
-    const auto out = after(set);
-    for (std::size_t i = 0; i < out.size(); ++i)
-      ASSERT_NEAR(out[i], expected[i], 1e-6) << set.name << " " << i;
+  for (const std::size_t count : {8, 48}) {
+    const auto gradient = randomFloats(count, 4);
+    const AdamScalars step{0.01f, 0.9f, 0.98f, 1.5f};
+    const auto after = [&](const NetworkKernels& set) {
+      auto first = randomFloats(count, 5), second = randomFloats(count, 6), x = randomFloats(count, 7);
+      for (float& v : second)
+        v = std::abs(v);
+      set.adam(step, count, gradient.data(), first.data(), second.data(), x.data());
+      for (const auto* more : {&first, &second})
+        x.insert(x.end(), more->begin(), more->end());
+      return x;
+    };
+    const auto expected = after(scalarNetworkKernels());
+    for (const NetworkKernels& set : networkKernelSets()) {
+      const auto out = after(set);
+      for (std::size_t i = 0; i < out.size(); ++i)
+        ASSERT_NEAR(out[i], expected[i], 1e-6) << set.name << " " << i;
+    }
   }
 }
 
