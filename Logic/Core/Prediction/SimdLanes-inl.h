@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <hwy/highway.h>
+#include <type_traits>
 
 HWY_BEFORE_NAMESPACE();
 namespace innergs::HWY_NAMESPACE {
@@ -16,10 +17,11 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// Calls run(tag) with vectors of at most 16 floats, or of 8. count: a multiple of 8.
 template <typename Run>
 HWY_INLINE void withLanes(std::int64_t count, const Run& run) {
-  if (count % 16 == 0)
-    run(hn::CappedTag<float, 16>());
-  else
-    run(hn::CappedTag<float, 8>());
+  using Wide = hn::CappedTag<float, 16>;
+  using Narrow = hn::CappedTag<float, 8>;
+  if constexpr (!std::is_same_v<Wide, Narrow>)
+    if (count % 16 != 0) return run(Narrow());
+  run(Wide());
 }
 
 } // namespace innergs::HWY_NAMESPACE
