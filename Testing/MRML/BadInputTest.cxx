@@ -109,8 +109,7 @@ TEST_F(BadInputTest, EstimatesAndChecksLookAtNoVoxels) {
   parameters->SetEvaluateQuality(true);
   EXPECT_GT(logic->EstimateSeconds(parameters), members);
   // An empty segment is detected only by looking at its voxels.
-  auto* segmentation =
-      vtkMRMLSegmentationNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSegmentationNode", "Nothing"));
+  auto* segmentation = addNode<vtkMRMLSegmentationNode>("Nothing");
   vtkNew<vtkSegment> segment;
   segment->AddRepresentation(vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName(),
                              vtkNew<vtkOrientedImageData>());
@@ -141,7 +140,7 @@ TEST_F(BadInputTest, EstimateOnAnotherThread) {
   std::thread([&] { estimate = later(); }).join();
   EXPECT_GT(estimate.seconds, 0);
   EXPECT_TRUE(std::isfinite(estimate.seconds));
-  EXPECT_EQ(estimate.reason, "On the CPU, as asked.");
+  EXPECT_NE(estimate.reason.find("as asked"), std::string::npos) << estimate.reason;
   EXPECT_FALSE(logic->EstimateLater(parameters, nullptr)); // nothing is left to estimate
 
   parameters->SetInputVolumeNode(addThickVolume("The same again"));
@@ -155,16 +154,14 @@ TEST_F(BadInputTest, EstimateOnAnotherThread) {
 
 TEST_F(BadInputTest, Images) {
   auto* parameters = addParameters(nullptr);
-  auto* empty =
-      vtkMRMLScalarVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode", "Empty"));
+  auto* empty = addNode<vtkMRMLScalarVolumeNode>("Empty");
   parameters->SetInputVolumeNode(empty);
   expectError(parameters, "'Empty' has no voxels");
   vtkNew<vtkImageData> nothing;
   empty->SetAndObserveImageData(nothing);
   expectError(parameters, "'Empty' has no voxels");
 
-  auto* colours =
-      vtkMRMLVectorVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLVectorVolumeNode", "Colours"));
+  auto* colours = addNode<vtkMRMLVectorVolumeNode>("Colours");
   vtkNew<vtkImageData> rgb;
   rgb->SetDimensions(8, 8, 8);
   rgb->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
@@ -172,8 +169,7 @@ TEST_F(BadInputTest, Images) {
   parameters->SetInputVolumeNode(colours);
   expectError(parameters, "3 values per voxel", vtkInnerGSAlgorithm::UnsupportedImageError);
 
-  auto* bad =
-      vtkMRMLScalarVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode", "NaN"));
+  auto* bad = addNode<vtkMRMLScalarVolumeNode>("NaN");
   vtkNew<vtkImageData> nan;
   nan->SetDimensions(8, 8, 8);
   nan->AllocateScalars(VTK_FLOAT, 1);
@@ -192,8 +188,7 @@ TEST_F(BadInputTest, Images) {
 
   // Two scans that do not overlap.
   auto* far = addVolume("Far");
-  vtkNew<vtkMatrix4x4> matrix;
-  far->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(far);
   matrix->SetElement(0, 3, 5000);
   far->SetIJKToRASMatrix(matrix);
   parameters->SetInputVolumeNode(addVolume());
@@ -217,8 +212,7 @@ TEST_F(BadInputTest, Transforms) {
   node->SetMatrixTransformToParent(shear);
   expectError(parameters, "shear");
 
-  auto* grid =
-      vtkMRMLGridTransformNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLGridTransformNode", "Bent"));
+  auto* grid = addNode<vtkMRMLGridTransformNode>("Bent");
   vtkNew<vtkOrientedGridTransform> bend;
   vtkNew<vtkImageData> field;
   field->SetDimensions(3, 3, 3);
@@ -292,8 +286,7 @@ TEST_F(BadInputTest, OutputsStayUntouched) {
 
 TEST_F(BadInputTest, Queries) {
   EXPECT_TRUE(std::isnan(logic->GetValueAtRAS(nullptr, 0, 0, 0)));
-  auto* empty =
-      vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode", "None"));
+  auto* empty = addNode<vtkMRMLInnerGSModelNode>("None");
   EXPECT_TRUE(std::isnan(logic->GetValueAtRAS(empty, 0, 0, 0)));
   EXPECT_NE(logic->GetLastError().find("'None' is empty"), std::string::npos);
   vtkNew<vtkMatrix4x4> plane;

@@ -31,7 +31,7 @@ TEST_F(CopyTest, VoxelsAreCopiedOnceWithQualitySliceAxisAndRegion) {
   EXPECT_EQ(copied(logic, parameters), voxels);
   parameters->SetInputSliceAxis(input, 0);
   EXPECT_EQ(copied(logic, parameters), voxels);
-  auto* roi = vtkMRMLMarkupsROINode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLMarkupsROINode"));
+  auto* roi = addNode<vtkMRMLMarkupsROINode>();
   roi->SetCenter(29.5, 31.5, 27.5);
   roi->SetSize(40, 32, 24);
   parameters->SetROINode(roi);
@@ -40,7 +40,7 @@ TEST_F(CopyTest, VoxelsAreCopiedOnceWithQualitySliceAxisAndRegion) {
 
 TEST_F(CopyTest, QualityIsJudgedInTheRegion) {
   auto* parameters = addParameters(addVolume());
-  auto* roi = vtkMRMLMarkupsROINode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLMarkupsROINode"));
+  auto* roi = addNode<vtkMRMLMarkupsROINode>();
   roi->SetCenter(1, 1, 1);
   roi->SetSize(28, 28, 28);
   parameters->SetNumberOfIterations(10);

@@ -36,8 +36,7 @@ protected:
   }
 
   vtkMRMLSequenceNode* addSeries(int frames, const char* unit = "s") {
-    auto* sequence =
-        vtkMRMLSequenceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSequenceNode", "Wrist"));
+    auto* sequence = addNode<vtkMRMLSequenceNode>("Wrist");
     sequence->SetIndexName(*unit ? "time" : "frame");
     sequence->SetIndexUnit(unit);
     const double spacing[3] = {2, 2, 3}, origin[3] = {-17, -14, -12};
@@ -240,8 +239,7 @@ TEST_F(DynamicTest, SegmentsAreThoseOfTheNodesTime) {
 
 TEST_F(DynamicTest, FramesAtTheSeriesTimesShareItsBrowser) {
   auto* series = addSeries(5);
-  auto* browser = vtkMRMLSequenceBrowserNode::SafeDownCast(
-      scene->AddNewNodeByClass("vtkMRMLSequenceBrowserNode", "Browser"));
+  auto* browser = addNode<vtkMRMLSequenceBrowserNode>("Browser");
   browser->SetAndObserveMasterSequenceNodeID(series->GetID());
   const auto request = requestFor(series);
   request->EvaluateQualityOff();

@@ -36,8 +36,7 @@ TEST_F(EstimateMaskTest, CountsWhatTheMaskHolds) {
   EXPECT_GT(full, small);
 
   // The same voxels as a segment.
-  vtkNew<vtkMatrix4x4> matrix;
-  mask->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(mask);
   const int extent[6] = {0, size[0] - 1, 0, size[1] - 1, 0, size[2] - 1};
   const auto labels = balls(matrix, extent, VTK_UNSIGNED_CHAR, {});
   for (int k = 6; k < 12; ++k)

@@ -12,7 +12,7 @@ namespace {
 using FollowTest = QueryTest;
 
 TEST_F(FollowTest, FollowsASliceView) {
-  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode", "Red"));
+  auto* slice = addNode<vtkMRMLSliceNode>("Red");
   slice->SetLayoutName("Red");
   slice->SetOrientation("Axial");
   slice->SetDimensions(40, 30, 1);
@@ -52,7 +52,7 @@ TEST_F(FollowTest, FollowsASliceView) {
 }
 
 TEST_F(FollowTest, FollowedSliceSaysWhatTheNewModelWasMadeFrom) {
-  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
+  auto* slice = addNode<vtkMRMLSliceNode>();
   slice->SetLayoutName("Red");
   auto* volume = logic->FollowSlice(model, slice);
   ASSERT_NE(volume, nullptr) << logic->GetLastError();
@@ -67,9 +67,9 @@ TEST_F(FollowTest, FollowedSliceSaysWhatTheNewModelWasMadeFrom) {
 
 // Otherwise the next move of the view would overwrite it.
 TEST_F(FollowTest, FollowingEndsWhenTheOutputGetsSomethingElse) {
-  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
+  auto* slice = addNode<vtkMRMLSliceNode>();
   slice->SetLayoutName("Red");
-  auto* other = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
+  auto* other = addNode<vtkMRMLSliceNode>();
   other->SetLayoutName("Green");
   auto* reference = addVolume("Reference");
   auto* parameters = addParameters(reference);
@@ -102,9 +102,9 @@ TEST_F(FollowTest, FollowingEndsWhenTheOutputGetsSomethingElse) {
 
 TEST_F(FollowTest, FollowingEndsWithAnyNode) {
   for (int which = 0; which < 3; ++which) {
-    auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
+    auto* slice = addNode<vtkMRMLSliceNode>();
     slice->SetLayoutName(("View" + std::to_string(which)).c_str());
-    auto* copy = vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode"));
+    auto* copy = addNode<vtkMRMLInnerGSModelNode>();
     copy->CopyContent(model);
     auto* volume = logic->FollowSlice(copy, slice);
     ASSERT_NE(volume, nullptr) << logic->GetLastError();
@@ -118,11 +118,10 @@ TEST_F(FollowTest, FollowingEndsWithAnyNode) {
 // Observers of the output and of errors may end the following themselves.
 TEST_F(FollowTest, FollowingEndedByAnObserver) {
   for (int which = 0; which < 4; ++which) {
-    const vtkSmartPointer<vtkMRMLSliceNode> slice =
-        vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
+    const vtkSmartPointer<vtkMRMLSliceNode> slice = addNode<vtkMRMLSliceNode>();
     slice->SetLayoutName(("Watched" + std::to_string(which)).c_str());
     slice->SetDimensions(20, 20, 1);
-    auto* copy = vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode"));
+    auto* copy = addNode<vtkMRMLInnerGSModelNode>();
     copy->CopyContent(model);
     vtkSmartPointer<vtkMRMLScalarVolumeNode> volume = logic->FollowSlice(copy, slice);
     ASSERT_NE(volume, nullptr) << logic->GetLastError();
@@ -148,7 +147,7 @@ TEST_F(FollowTest, FollowingEndedByAnObserver) {
 }
 
 TEST_F(FollowTest, RefusedFollowingChangesNothing) {
-  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
+  auto* slice = addNode<vtkMRMLSliceNode>();
   slice->SetLayoutName("Refused");
   slice->SetDimensions(20, 20, 1);
   auto* volume = logic->FollowSlice(model, slice);
@@ -173,10 +172,10 @@ TEST_F(FollowTest, InFullAtRest) {
   spline->SetBasisToR();
   spline->SetSourceLandmarks(from);
   spline->SetTargetLandmarks(to);
-  auto* parent = vtkMRMLTransformNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLTransformNode", "Bent"));
+  auto* parent = addNode<vtkMRMLTransformNode>("Bent");
   parent->SetAndObserveTransformToParent(spline);
   model->SetAndObserveTransformNodeID(parent->GetID());
-  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode", "Red"));
+  auto* slice = addNode<vtkMRMLSliceNode>("Red");
   slice->SetLayoutName("Red");
   slice->SetOrientation("Coronal");
   slice->SetDimensions(400, 300, 1);
@@ -194,8 +193,7 @@ TEST_F(FollowTest, InFullAtRest) {
   const auto waitInFull = [&] {
     pumpUntilInFull(volume);
     ASSERT_EQ(volume->GetImageData()->GetDimensions()[1], 300);
-    vtkNew<vtkMatrix4x4> toWorld;
-    volume->GetIJKToRASMatrix(toWorld);
+    const auto toWorld = matrixOf(volume);
     for (int n = 0; n < 30; ++n) {
       const int i = 13 * n, j = 7 * n;
       double at[4] = {double(i), double(j), 0, 1};

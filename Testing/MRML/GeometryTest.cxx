@@ -70,7 +70,7 @@ TEST_F(GeometryTest, ParentTransforms) {
   EXPECT_LT(error(volume), 6);
 
   // A region under a transform.
-  auto* roi = vtkMRMLMarkupsROINode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLMarkupsROINode"));
+  auto* roi = addNode<vtkMRMLMarkupsROINode>();
   roi->SetCenter(0, 0, 0);
   roi->SetSize(16, 14, 12);
   roi->SetAndObserveTransformNodeID(innerNode->GetID());
@@ -85,7 +85,7 @@ TEST_F(GeometryTest, ParentTransforms) {
 // Like Crop Volume: the output's axes are the region's, unless the input's voxels are requested.
 TEST_F(GeometryTest, TurnedRegion) {
   auto* parameters = addParameters(addVolume());
-  auto* roi = vtkMRMLMarkupsROINode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLMarkupsROINode"));
+  auto* roi = addNode<vtkMRMLMarkupsROINode>();
   roi->SetSize(16, 12, 8);
   vtkNew<vtkTransform> turn;
   turn->RotateWXYZ(35, 1, 2, 3);
@@ -98,8 +98,7 @@ TEST_F(GeometryTest, TurnedRegion) {
   EXPECT_EQ(size[0], 8); // 2 mm
   EXPECT_EQ(size[1], 6);
   EXPECT_EQ(size[2], 4);
-  vtkNew<vtkMatrix4x4> matrix;
-  volume->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(volume);
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column)
       EXPECT_NEAR(std::abs(matrix->GetElement(row, column)),
@@ -177,8 +176,7 @@ TEST_F(GeometryTest, HardenedTransformsMoveNothing) {
          {Case{"rigid", rigid, true}, Case{"scaled", scaled, true}, Case{"mirrored", mirrored, true},
           Case{"sheared", sheared, false}, Case{"turned scale", turnedScale, false}}) {
       SCOPED_TRACE(std::string(c.name) + (slopes ? ", slopes" : ""));
-      auto* model =
-          vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode", c.name));
+      auto* model = addNode<vtkMRMLInnerGSModelNode>(c.name);
       model->CopyContent(fitted);
       auto* node = addTransform(c.transform->GetMatrix(), c.name);
       model->SetAndObserveTransformNodeID(node->GetID());

@@ -108,9 +108,7 @@ TEST_F(JobTest, VoxelsCopiedByTheWorker) {
 TEST_F(JobTest, LogicAndSceneGoWhileRunning) {
   auto* parameters = addParameters(addVolume());
   parameters->SetNumberOfIterations(100000);
-  auto other = vtkSmartPointer<Logic>::New();
-  other->SetRecoveryFolder(logic->GetRecoveryFolder());
-  other->SetMRMLScene(scene);
+  auto other = anotherLogic();
   vtkSmartPointer<vtkSlicerInnerGSJob> job = other->StartReconstruction(parameters);
   vtkSmartPointer<vtkSlicerInnerGSJob> waiting = other->StartReconstruction(parameters);
   other = nullptr;
@@ -128,9 +126,7 @@ TEST_F(JobTest, LogicAndSceneGoWhileRunning) {
 // An observer that lets go of the logic: the call in progress must still end well.
 TEST_F(JobTest, LogicDroppedByAnObserver) {
   auto* parameters = addParameters(addVolume());
-  auto other = vtkSmartPointer<Logic>::New();
-  other->SetRecoveryFolder(logic->GetRecoveryFolder());
-  other->SetMRMLScene(scene);
+  auto other = anotherLogic();
   Logic* raw = other;
   vtkNew<vtkCallbackCommand> drop;
   drop->SetClientData(&other);
@@ -145,9 +141,7 @@ TEST_F(JobTest, LogicDroppedByAnObserver) {
 // The same from the question that scripts ask.
 TEST_F(JobTest, LogicDroppedWhileAskedWhetherItRuns) {
   auto* parameters = addParameters(addVolume());
-  auto other = vtkSmartPointer<Logic>::New();
-  other->SetRecoveryFolder(logic->GetRecoveryFolder());
-  other->SetMRMLScene(scene);
+  auto other = anotherLogic();
   Logic* raw = other;
   ASSERT_NE(raw->StartReconstruction(parameters), nullptr);
   vtkNew<vtkCallbackCommand> drop;
@@ -220,9 +214,7 @@ TEST_F(JobTest, FailsWithASentenceWithoutAThread) {
 TEST_F(JobTest, CancelledWithoutAnEventWhenTheLogicGoes) {
   auto* parameters = addParameters(addVolume());
   parameters->SetNumberOfIterations(100000);
-  auto other = vtkSmartPointer<Logic>::New();
-  other->SetRecoveryFolder(logic->GetRecoveryFolder());
-  other->SetMRMLScene(scene);
+  auto other = anotherLogic();
   std::vector<vtkSmartPointer<vtkSlicerInnerGSJob>> jobs{other->StartReconstruction(parameters),
                                                          other->StartReconstruction(parameters)};
   std::vector<void*> ended;

@@ -7,7 +7,7 @@ protected:
   /// Returns once the worker has finished every job started so far, with nothing delivered yet: another job,
   /// which leaves no trace, then runs.
   void waitForWorker() {
-    auto* mask = vtkMRMLSegmentationNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSegmentationNode"));
+    auto* mask = addNode<vtkMRMLSegmentationNode>();
     mask->GetSegmentation()->SetSourceRepresentationName(kSurface);
     vtkNew<vtkSegment> segment;
     segment->AddRepresentation(kSurface, ballSurface(0, 12));

@@ -144,14 +144,15 @@ TEST_F(JobTest, SaysWhereItRunsAndWhy) {
   parameters->SetNumberOfIterations(5);
   parameters->SetEvaluateQuality(true);
   parameters->SetQualityGap(2);
-  EXPECT_EQ(logic->DescribeDevice(parameters), "On the CPU, as asked.");
+  const std::string onTheCpu = logic->DescribeDevice(parameters);
+  EXPECT_NE(onTheCpu.find("as asked"), std::string::npos) << onTheCpu;
   EXPECT_EQ(logic->DescribeDevice(nullptr), "");
   int fitting = 0;
   vtkSmartPointer<vtkSlicerInnerGSJob> job;
   Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void* data) {
     if (jobOf(data) != job || job->GetCurrentIteration() == 0) return;
     ++fitting;
-    EXPECT_EQ(job->GetDeviceNote(), "On the CPU, as asked.") << job->GetPhase();
+    EXPECT_EQ(job->GetDeviceNote(), onTheCpu) << job->GetPhase();
   });
   job = logic->StartReconstruction(parameters);
   ASSERT_NE(job, nullptr);
@@ -160,7 +161,7 @@ TEST_F(JobTest, SaysWhereItRunsAndWhy) {
   ASSERT_TRUE(logic->WaitForJob(job));
   EXPECT_GT(fitting, 0);
   EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Finished);
-  EXPECT_EQ(job->GetDeviceNote(), "On the CPU, as asked.");
+  EXPECT_EQ(job->GetDeviceNote(), onTheCpu);
   parameters->SetDevice("cuda:999");
   EXPECT_NE(logic->DescribeDevice(parameters), "");
 }

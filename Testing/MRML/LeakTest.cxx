@@ -14,7 +14,7 @@ struct Session : MrmlFixture {
     parameters->SetNumberOfIterations(3);
     ASSERT_TRUE(logic->Reconstruct(parameters));
     vtkSlicerInnerGSJob* finished = logic->GetLastJob();
-    auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
+    auto* slice = addNode<vtkMRMLSliceNode>();
     slice->SetLayoutName("Red");
     auto* followed = logic->FollowSlice(finished->GetModelNode(), slice);
     ASSERT_NE(followed, nullptr);

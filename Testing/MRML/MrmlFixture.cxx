@@ -57,8 +57,7 @@ vtkMRMLScalarVolumeNode* MrmlFixture::addVolume(const char* name, const int size
         if (nodeToWorld) nodeToWorld->MultiplyPoint(at, at);
         *voxel++ = static_cast<short>(std::lround(truth(at[0], at[1], at[2])));
       }
-  auto* node =
-      vtkMRMLScalarVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode", name));
+  auto* node = addNode<vtkMRMLScalarVolumeNode>(name);
   node->SetAndObserveImageData(image);
   node->SetIJKToRASMatrix(ijkToRAS);
   return node;
@@ -97,18 +96,23 @@ vtkMRMLScalarVolumeNode* MrmlFixture::addThickVolume(const char* name) {
 }
 
 vtkMRMLInnerGSParameterNode* MrmlFixture::addParameters(vtkMRMLVolumeNode* input) {
-  auto* node =
-      vtkMRMLInnerGSParameterNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSParameterNode"));
+  auto* node = addNode<vtkMRMLInnerGSParameterNode>();
   node->SetInputVolumeNode(input);
   node->SetPreset(vtkMRMLInnerGSParameterNode::Fast);
   return node;
 }
 
 vtkMRMLLinearTransformNode* MrmlFixture::addTransform(vtkMatrix4x4* matrix, const char* name) {
-  auto* node =
-      vtkMRMLLinearTransformNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLLinearTransformNode", name));
+  auto* node = addNode<vtkMRMLLinearTransformNode>(name);
   node->SetMatrixTransformToParent(matrix);
   return node;
+}
+
+vtkSmartPointer<vtkSlicerInnerGSLogic> MrmlFixture::anotherLogic() {
+  auto other = vtkSmartPointer<vtkSlicerInnerGSLogic>::New();
+  other->SetRecoveryFolder(logic->GetRecoveryFolder());
+  other->SetMRMLScene(scene);
+  return other;
 }
 
 double MrmlFixture::error(vtkMRMLScalarVolumeNode* volume, int margin) {
@@ -135,6 +139,12 @@ double MrmlFixture::error(vtkMRMLScalarVolumeNode* volume, int margin) {
 
 int MrmlFixture::countNodes(const char* className) {
   return scene->GetNumberOfNodesByClass(className);
+}
+
+vtkSmartPointer<vtkMatrix4x4> matrixOf(vtkMRMLVolumeNode* volume) {
+  auto matrix = vtkSmartPointer<vtkMatrix4x4>::New();
+  volume->GetIJKToRASMatrix(matrix);
+  return matrix;
 }
 
 vtkSmartPointer<vtkMatrix4x4> oblique(double degrees, const double spacing[3], const double origin[3]) {

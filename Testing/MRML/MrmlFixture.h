@@ -24,6 +24,7 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
+#include <string>
 #include <thread>
 
 /// Calls a function for events of an object while it lives.
@@ -53,6 +54,10 @@ protected:
   MrmlFixture();
   ~MrmlFixture() override;
 
+  template <class Node>
+  Node* addNode(const std::string& name = {}) {
+    return Node::SafeDownCast(scene->AddNewNodeByClass(vtkNew<Node>()->GetClassName(), name));
+  }
   /// A smooth function of the world position, so that values verify the geometry.
   static double truth(double r, double a, double s);
 
@@ -70,6 +75,9 @@ protected:
   vtkMRMLInnerGSParameterNode* addParameters(vtkMRMLVolumeNode* input);
   vtkMRMLLinearTransformNode* addTransform(vtkMatrix4x4* matrix, const char* name = "Transform");
 
+  /// A second one for the same scene and recovery folder.
+  vtkSmartPointer<vtkSlicerInnerGSLogic> anotherLogic();
+
   /// Root mean square difference from truth() over a volume's voxels, through its parent transform, without
   /// `margin` voxels at each edge.
   double error(vtkMRMLScalarVolumeNode* volume, int margin = 2);
@@ -84,6 +92,9 @@ protected:
 private:
   std::unique_ptr<Observer> onError_;
 };
+
+/// IJK to RAS.
+vtkSmartPointer<vtkMatrix4x4> matrixOf(vtkMRMLVolumeNode* volume);
 
 /// A right-handed rotation about (1, 2, 3) by an angle in degrees, then a shift; spacing in the columns.
 vtkSmartPointer<vtkMatrix4x4> oblique(double degrees, const double spacing[3], const double origin[3]);

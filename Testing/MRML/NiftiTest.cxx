@@ -16,8 +16,7 @@ protected:
     out->SetFileName(path.c_str());
     if (!out->WriteData(volume) || !std::filesystem::exists(path)) return nullptr;
     in->SetFileName(path.c_str());
-    auto* read = vtkMRMLScalarVolumeNode::SafeDownCast(
-        scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode", volume->GetName()));
+    auto* read = addNode<vtkMRMLScalarVolumeNode>(volume->GetName());
     return in->ReadData(read) ? read : nullptr;
   }
   /// pixdim[0] of an uncompressed file: -1 for left-handed axes.
@@ -85,8 +84,7 @@ TEST_F(NiftiTest, AbdomenFromDisk) {
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "Needs " << path;
   vtkNew<vtkMRMLVolumeArchetypeStorageNode> storage;
   storage->SetFileName(path.c_str());
-  auto* input =
-      vtkMRMLScalarVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode", "Abdomen"));
+  auto* input = addNode<vtkMRMLScalarVolumeNode>("Abdomen");
   ASSERT_TRUE(storage->ReadData(input));
   auto* parameters = addParameters(input);
   parameters->SetOutputGrid(vtkMRMLInnerGSParameterNode::InputGrid);

@@ -49,8 +49,7 @@ TEST_F(ParameterNodeTest, SavedAndRestoredWithTheScene) {
   parameters->SetReferenceVolumeNode(first);
   parameters->SetMaskNode(second);
   parameters->SetInputMaskNode(second, first);
-  parameters->SetQualityTableNode(
-      vtkMRMLTableNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLTableNode")));
+  parameters->SetQualityTableNode(addNode<vtkMRMLTableNode>());
   fill(parameters);
   scene->SetSaveToXMLString(1);
   scene->Commit();

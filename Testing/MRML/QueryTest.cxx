@@ -38,8 +38,7 @@ TEST_F(QueryTest, ObliquePlane) {
   EXPECT_EQ(size[1], 15);
   EXPECT_EQ(size[2], 1);
   EXPECT_LT(error(plane, 0), 6);
-  vtkNew<vtkMatrix4x4> matrix;
-  plane->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(plane);
   double middle[4] = {10, 7, 0, 1};
   matrix->MultiplyPoint(middle, middle);
   EXPECT_NEAR(middle[0], 1, 1e-9);
@@ -81,12 +80,12 @@ TEST_F(QueryTest, NewNodeRemovedByAnObserver) {
 TEST_F(QueryTest, ModelRemovedByAnObserverOfTheNewNode) {
   const vtkSmartPointer<vtkInnerGSModel> content = model->GetModel();
   auto* reference = addVolume("Reference");
-  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode", "Red"));
+  auto* slice = addNode<vtkMRMLSliceNode>("Red");
   slice->SetLayoutName("Red");
   vtkNew<vtkMatrix4x4> pose;
   for (int which = 0; which < 5; ++which) {
     SCOPED_TRACE(which);
-    auto* shown = vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode"));
+    auto* shown = addNode<vtkMRMLInnerGSModelNode>();
     shown->SetModel(content);
     Observer watch(scene, {vtkMRMLScene::NodeAddedEvent}, [&](unsigned long, void* data) {
       auto* node = static_cast<vtkMRMLNode*>(data);
@@ -109,7 +108,7 @@ TEST_F(QueryTest, ModelRemovedByAnObserverOfTheNewNode) {
 TEST_F(QueryTest, OutputRemovedByAnObserver) {
   vtkNew<vtkMatrix4x4> pose;
   for (const bool plane : {true, false}) {
-    auto* output = vtkMRMLScalarVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode"));
+    auto* output = addNode<vtkMRMLScalarVolumeNode>();
     Observer watch(scene, {vtkMRMLScene::NodeAddedEvent}, [&](unsigned long, void* data) {
       if (static_cast<vtkMRMLNode*>(data)->IsA("vtkMRMLDisplayNode")) scene->RemoveNode(output);
     });
@@ -123,8 +122,7 @@ TEST_F(QueryTest, ResampledLikeAnImageWhoseExtentBeginsElsewhere) {
   auto* plain = logic->ResampleLike(model, reference);
   ASSERT_NE(plain, nullptr);
   // The same voxels with another first index.
-  vtkNew<vtkMatrix4x4> matrix;
-  reference->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(reference);
   double first[4] = {-3, -5, -7, 1};
   matrix->MultiplyPoint(first, first);
   for (int row = 0; row < 3; ++row)
@@ -133,9 +131,7 @@ TEST_F(QueryTest, ResampledLikeAnImageWhoseExtentBeginsElsewhere) {
   reference->SetIJKToRASMatrix(matrix);
   auto* shifted = logic->ResampleLike(model, reference);
   ASSERT_NE(shifted, nullptr) << logic->GetLastError();
-  vtkNew<vtkMatrix4x4> a, b;
-  plain->GetIJKToRASMatrix(a);
-  shifted->GetIJKToRASMatrix(b);
+  const auto a = matrixOf(plain), b = matrixOf(shifted);
   for (int n = 0; n < 16; ++n)
     EXPECT_NEAR(a->GetElement(n / 4, n % 4), b->GetElement(n / 4, n % 4), 1e-9);
   EXPECT_LT(error(shifted), 6);
@@ -157,8 +153,7 @@ TEST_F(QueryTest, UnderATransformThatScalesOrShears) {
   vtkNew<vtkMatrix4x4> pose;
   auto* plane = logic->QueryPlane(model, pose, 9, 9, 2);
   ASSERT_NE(plane, nullptr) << logic->GetLastError();
-  vtkNew<vtkMatrix4x4> toWorld;
-  plane->GetIJKToRASMatrix(toWorld);
+  const auto toWorld = matrixOf(plane);
   for (const int i : {0, 3, 8}) {
     double at[4] = {double(i), double(8 - i / 2), 0, 1}, world[4];
     toWorld->MultiplyPoint(at, world);
@@ -180,7 +175,7 @@ TEST_F(QueryTest, UnderATransformThatBends) {
   spline->SetBasisToR();
   spline->SetSourceLandmarks(from);
   spline->SetTargetLandmarks(to);
-  auto* parent = vtkMRMLTransformNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLTransformNode", "Bent"));
+  auto* parent = addNode<vtkMRMLTransformNode>("Bent");
   parent->SetAndObserveTransformToParent(spline);
   vtkNew<vtkTransform> turn;
   turn->RotateWXYZ(25, 0.2, 1, 0.4);
@@ -188,7 +183,7 @@ TEST_F(QueryTest, UnderATransformThatBends) {
   double straight[6], bounds[6];
   model->GetRASBounds(straight);
 
-  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode", "Red"));
+  auto* slice = addNode<vtkMRMLSliceNode>("Red");
   slice->SetLayoutName("Red");
   slice->SetDimensions(30, 20, 1);
   slice->SetFieldOfView(30, 20, 1);
@@ -201,12 +196,11 @@ TEST_F(QueryTest, UnderATransformThatBends) {
   ASSERT_NE(plane, nullptr) << logic->GetLastError();
 
   const auto expectBent = [&](vtkMRMLScalarVolumeNode* volume) {
-    auto* fixed = vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode"));
+    auto* fixed = addNode<vtkMRMLInnerGSModelNode>();
     fixed->SetModel(model->GetModel());
     vtkNew<vtkGeneralTransform> fromWorld;
     parent->GetTransformFromWorld(fromWorld);
-    vtkNew<vtkMatrix4x4> toWorld;
-    volume->GetIJKToRASMatrix(toWorld);
+    const auto toWorld = matrixOf(volume);
     const int* size = volume->GetImageData()->GetDimensions();
     for (int n = 0; n < size[0] * size[1]; n += 7) {
       double at[4] = {double(n % size[0]), double(n / size[0]), 0, 1};
@@ -235,7 +229,7 @@ TEST_F(QueryTest, GaussiansAsAModelNode) {
 }
 
 TEST_F(QueryTest, OutputsSayWhatTheyWereMadeFrom) {
-  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode", "Red"));
+  auto* slice = addNode<vtkMRMLSliceNode>("Red");
   slice->SetLayoutName("Red");
   vtkNew<vtkMatrix4x4> pose;
   auto* plane = logic->QueryPlane(model, pose, 8, 8, 1);
@@ -253,7 +247,7 @@ TEST_F(QueryTest, OutputsSayWhatTheyWereMadeFrom) {
     EXPECT_EQ(node->GetNodeReference("InnerGSModel"), model);
   }
   // From another model with fewer attributes: none of the first one's remain.
-  auto* other = vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode"));
+  auto* other = addNode<vtkMRMLInnerGSModelNode>();
   other->SetModel(model->GetModel());
   ASSERT_EQ(logic->QueryPlane(other, pose, 8, 8, 1, plane), plane);
   EXPECT_EQ(plane->GetAttribute("InnerGS.Settings"), nullptr);

@@ -141,9 +141,7 @@ TEST_F(ReconstructTest, OutputGrids) {
   EXPECT_EQ(sizeOf(), (Size{32, 30, 33})); // isotropic at the finest spacing
   parameters->SetOutputGrid(Parameters::InputGrid);
   EXPECT_EQ(sizeOf(), (Size{32, 30, 10}));
-  vtkNew<vtkMatrix4x4> in, out;
-  input->GetIJKToRASMatrix(in);
-  logic->GetLastJob()->GetVolumeNode()->GetIJKToRASMatrix(out);
+  const auto in = matrixOf(input), out = matrixOf(logic->GetLastJob()->GetVolumeNode());
   for (int n = 0; n < 16; ++n)
     EXPECT_NEAR(in->GetData()[n], out->GetData()[n], 1e-9);
   parameters->SetOutputGrid(Parameters::SpacingGrid);
@@ -186,7 +184,7 @@ TEST_F(ReconstructTest, SeveralStacks) {
 TEST_F(ReconstructTest, MaskAndRegion) {
   auto* input = addVolume();
   auto* parameters = addParameters(input);
-  auto* mask = vtkMRMLLabelMapVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLLabelMapVolumeNode"));
+  auto* mask = addNode<vtkMRMLLabelMapVolumeNode>();
   vtkNew<vtkImageData> labels;
   labels->SetDimensions(24, 22, 20);
   labels->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
@@ -198,8 +196,7 @@ TEST_F(ReconstructTest, MaskAndRegion) {
   mask->SetAndObserveImageData(labels);
   mask->SetName("Label");
   parameters->SetFillValue(-321);
-  vtkNew<vtkMatrix4x4> matrix;
-  input->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(input);
   // On its own, and elsewhere under a transform that moves it back.
   vtkNew<vtkTransform> away;
   away->Translate(150, -200, 90);
@@ -210,7 +207,7 @@ TEST_F(ReconstructTest, MaskAndRegion) {
   double bounds[6];
   for (const bool transformed : {false, true}) {
     SCOPED_TRACE(transformed);
-    mask->SetIJKToRASMatrix(transformed ? moved : matrix);
+    mask->SetIJKToRASMatrix(transformed ? moved.Get() : matrix.Get());
     mask->SetAndObserveTransformNodeID(transformed ? addTransform(back)->GetID() : nullptr);
     parameters->SetMaskNode(mask);
     ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
@@ -238,7 +235,7 @@ TEST_F(ReconstructTest, MaskAndRegion) {
   EXPECT_EQ(logic->GetLastJob()->GetModelNode()->GetAttribute("InnerGS.Mask"), nullptr);
   EXPECT_NEAR(logic->GetValueAtRAS(logic->GetLastJob()->GetModelNode(), 19, 17, 17), truth(19, 17, 17), 20);
 
-  auto* roi = vtkMRMLMarkupsROINode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLMarkupsROINode"));
+  auto* roi = addNode<vtkMRMLMarkupsROINode>();
   roi->SetCenter(2, -1, 3);
   roi->SetSize(20, 16, 12);
   parameters->SetROINode(roi);
@@ -260,13 +257,11 @@ TEST_F(ReconstructTest, MaskAndRegion) {
 TEST_F(ReconstructTest, SegmentationAsMask) {
   auto* input = addVolume();
   auto* parameters = addParameters(input);
-  auto* node =
-      vtkMRMLSegmentationNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSegmentationNode", "Organs"));
+  auto* node = addNode<vtkMRMLSegmentationNode>("Organs");
   parameters->SetMaskNode(node);
   EXPECT_FALSE(logic->Reconstruct(parameters));
   EXPECT_NE(logic->GetLastError().find("'Organs' is empty"), std::string::npos) << logic->GetLastError();
-  vtkNew<vtkMatrix4x4> matrix;
-  input->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(input);
   for (int size : {6, 16}) {
     vtkNew<vtkOrientedImageData> labels;
     labels->SetDimensions(24, 22, 20);
@@ -306,8 +301,7 @@ TEST_F(ReconstructTest, SegmentationOfSurfacesAsMask) {
   if (rules->GetConverterRules().empty())
     rules->RegisterConverterRule(vtkSmartPointer<vtkClosedSurfaceToBinaryLabelmapConversionRule>::New());
   auto* parameters = addParameters(addVolume());
-  auto* node =
-      vtkMRMLSegmentationNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSegmentationNode", "Ball"));
+  auto* node = addNode<vtkMRMLSegmentationNode>("Ball");
   vtkNew<vtkTransform> move;
   move->Translate(4, 0, 0);
   node->SetAndObserveTransformNodeID(addTransform(move->GetMatrix())->GetID());
@@ -351,9 +345,7 @@ TEST_F(ReconstructTest, UncertaintyIsAVolumeBesideTheResult) {
   EXPECT_EQ(deviation->GetNodeReference("InnerGSVolume"), volume);
   EXPECT_EQ(deviation->GetAttribute("InnerGS.Uncertainty"), job->GetUncertaintyNote());
   EXPECT_GT(job->GetUncertaintyCoverage(), 0.8);
-  vtkNew<vtkMatrix4x4> ofVolume, ofDeviation;
-  volume->GetIJKToRASMatrix(ofVolume);
-  deviation->GetIJKToRASMatrix(ofDeviation);
+  const auto ofVolume = matrixOf(volume), ofDeviation = matrixOf(deviation);
   for (int i = 0; i < 16; ++i)
     EXPECT_EQ(ofVolume->GetElement(i / 4, i % 4), ofDeviation->GetElement(i / 4, i % 4));
   double range[2];
@@ -491,8 +483,7 @@ TEST_F(ReconstructTest, EveryScanHasAMaskOfItsOwn) {
   parameters->SetSetting("align", "false");
   parameters->SetSetting("sliceMotion", "off");
   // To the left the axial scan shows something else, which its own mask leaves out.
-  auto* inside =
-      vtkMRMLLabelMapVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLLabelMapVolumeNode", "Right"));
+  auto* inside = addNode<vtkMRMLLabelMapVolumeNode>("Right");
   vtkNew<vtkImageData> labels;
   labels->SetDimensions(40, 40, 15);
   labels->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
@@ -503,8 +494,7 @@ TEST_F(ReconstructTest, EveryScanHasAMaskOfItsOwn) {
         if (i < 20) axial->GetImageData()->SetScalarComponentFromDouble(i, j, k, 0, 2000);
       }
   inside->SetAndObserveImageData(labels);
-  vtkNew<vtkMatrix4x4> matrix;
-  axial->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(axial);
   inside->SetIJKToRASMatrix(matrix);
   vtkNew<vtkOrientedImageData> whole;
   whole->SetDimensions(40, 15, 40);
@@ -512,8 +502,7 @@ TEST_F(ReconstructTest, EveryScanHasAMaskOfItsOwn) {
   whole->GetPointData()->GetScalars()->Fill(1);
   coronal->GetIJKToRASMatrix(matrix);
   whole->SetImageToWorldMatrix(matrix);
-  auto* all =
-      vtkMRMLSegmentationNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSegmentationNode", "Whole"));
+  auto* all = addNode<vtkMRMLSegmentationNode>("Whole");
   vtkNew<vtkSegment> segment;
   segment->AddRepresentation(vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName(),
                              whole);

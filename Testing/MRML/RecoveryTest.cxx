@@ -113,9 +113,7 @@ TEST_F(RecoveryTest, ACompleteFitIsKeptWholeWhileItIsJudged) {
 
 TEST_F(RecoveryTest, TheLogicGoesWhileItRuns) {
   auto* parameters = addLongFit();
-  auto other = vtkSmartPointer<Logic>::New();
-  other->SetRecoveryFolder(logic->GetRecoveryFolder());
-  other->SetMRMLScene(scene);
+  auto other = anotherLogic();
   const vtkSmartPointer<vtkSlicerInnerGSJob> job = other->StartReconstruction(parameters);
   waitUntil([&] {
     other->ProcessPendingEvents();

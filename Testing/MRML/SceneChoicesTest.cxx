@@ -32,12 +32,10 @@ TEST_F(SceneChoicesTest, ASavedSceneKnowsThem) {
   auto* chosen = addParameters(scan);
   chosen->SetName("Chosen");
   scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode", "Other");
-  auto* model =
-      vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode", "Model"));
+  auto* model = addNode<vtkMRMLInnerGSModelNode>("Model");
   mrml::rememberChoices(scene, chosen, model);
   // The view shows the model's plane, which is not saved, in place of the scan.
-  auto* plane =
-      vtkMRMLScalarVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode", "Plane"));
+  auto* plane = addNode<vtkMRMLScalarVolumeNode>("Plane");
   plane->SetSaveWithScene(0);
   view->SetBackgroundVolumeID(plane->GetID());
   mrml::rememberShownModel(view, model, scan);
@@ -72,7 +70,7 @@ TEST_F(SceneChoicesTest, ASavedSceneKnowsThem) {
 TEST_F(SceneChoicesTest, NothingIsRememberedForNull) {
   auto* view = addSingletons(scene);
   auto* parameters = addParameters(addVolume());
-  auto* model = vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode"));
+  auto* model = addNode<vtkMRMLInnerGSModelNode>();
   mrml::rememberChoices(scene, parameters, model);
   mrml::rememberShownModel(view, model, nullptr);
   EXPECT_EQ(mrml::chosenModel(scene), model);
@@ -91,7 +89,7 @@ TEST_F(SceneChoicesTest, NothingIsRememberedForNull) {
 TEST_F(SceneChoicesTest, ABackgroundThatIsThereStays) {
   auto* view = addSingletons(scene);
   auto *before = addVolume("Before"), *now = addVolume("Now");
-  auto* model = vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode"));
+  auto* model = addNode<vtkMRMLInnerGSModelNode>();
   mrml::rememberShownModel(view, model, before);
   view->SetBackgroundVolumeID(now->GetID());
   mrml::restoreBackgrounds(scene);
@@ -99,8 +97,8 @@ TEST_F(SceneChoicesTest, ABackgroundThatIsThereStays) {
 }
 
 TEST_F(SceneChoicesTest, OnlyUntouchedCamerasAreFramed) {
-  auto* untouched = vtkMRMLCameraNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLCameraNode"));
-  auto* turned = vtkMRMLCameraNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLCameraNode"));
+  auto* untouched = addNode<vtkMRMLCameraNode>();
+  auto* turned = addNode<vtkMRMLCameraNode>();
   turned->SetPosition(300, 300, 0);
   const double bounds[6] = {100, 180, -30, 50, 10, 50}; // radius 60 mm around (140, 10, 30)
   frameUntouchedCameras(scene, bounds);

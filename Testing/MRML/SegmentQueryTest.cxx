@@ -27,8 +27,7 @@ protected:
     parameters->SetNumberOfIterations(20);
     EXPECT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
     model = logic->GetLastJob()->GetModelNode();
-    vtkNew<vtkMatrix4x4> matrix;
-    input->GetIJKToRASMatrix(matrix);
+    const auto matrix = matrixOf(input);
     const int whole[6] = {0, 23, 0, 21, 0, 19};
     truth = balls(matrix, whole, VTK_SHORT, {{-8, -4, -5, 9}, {9, 8, -5, 8}, {8, -9, 6, 7}});
     const char* const names[] = {"liver", "kidney_left", "kidney_right"};
@@ -174,8 +173,7 @@ TEST_F(SegmentQueryTest, LearnsFromALabelMapWhereverTheModelWasMoved) {
   voxels->SetSpacing(1, 1, 1);
   voxels->SetDirectionMatrix(1, 0, 0, 0, 1, 0, 0, 0, 1);
   labels->SetAndObserveImageData(voxels);
-  vtkNew<vtkMatrix4x4> matrix;
-  input->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(input);
   labels->SetIJKToRASMatrix(matrix);
   scene->AddNode(labels);
   labels->SetAndObserveDisplayNodeID(display->GetID());
@@ -219,8 +217,7 @@ TEST_F(SegmentQueryTest, LearnsFromAFeatureVolumeWhereverTheModelWasMoved) {
   vtkNew<vtkMRMLVectorVolumeNode> features;
   features->SetName("Features");
   features->SetAndObserveImageData(voxels);
-  vtkNew<vtkMatrix4x4> matrix;
-  input->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(input);
   features->SetIJKToRASMatrix(matrix);
   scene->AddNode(features);
   features->SetAndObserveTransformNodeID(transform->GetID());

@@ -52,7 +52,7 @@ vtkSmartPointer<vtkPolyData> ballSurface(double r, double radius) {
 
 SegmentationFixture::SegmentationFixture() {
   input = addVolume();
-  node = vtkMRMLSegmentationNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSegmentationNode", "Organs"));
+  node = addNode<vtkMRMLSegmentationNode>("Organs");
   segments = node->GetSegmentation();
 }
 
@@ -91,8 +91,7 @@ void SegmentationFixture::addSurface(const std::string& id, double r, double rad
 }
 
 void SegmentationFixture::addLabelmaps() {
-  vtkNew<vtkMatrix4x4> matrix;
-  input->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(input);
   const int whole[6] = {2, 19, 1, 18, 0, 17};
   auto shared = balls(matrix, whole, VTK_SHORT, {{-6, -4, -5, 8}, {6, 5, -5, 9}});
   const double spacing[3] = {1.1, 0.9, 1.3}, origin[3] = {-5, 2, 4};

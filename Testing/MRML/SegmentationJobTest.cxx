@@ -10,8 +10,7 @@ using SegmentationJobTest = SegmentationFixture;
 // Only copies are made on the main thread: what the work finds out is not known there, and the rules that
 // make voxels of surfaces run elsewhere.
 TEST_F(SegmentationJobTest, WorkAndItsErrorsAreTheWorkers) {
-  vtkNew<vtkMatrix4x4> matrix;
-  input->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(input);
   const int whole[6] = {2, 19, 1, 18, 0, 17};
   addSegment("Blank", balls(matrix, whole, VTK_UNSIGNED_CHAR, {}));
   auto* parameters = addParameters(input);
@@ -73,9 +72,7 @@ TEST_F(SegmentationJobTest, CancelWhileSurfacesAreMadeVoxels) {
   auto* parameters = addParameters(input);
   parameters->SetNumberOfIterations(2);
   parameters->SetMaskNode(node);
-  auto other = vtkSmartPointer<vtkSlicerInnerGSLogic>::New();
-  other->SetRecoveryFolder(logic->GetRecoveryFolder());
-  other->SetMRMLScene(scene);
+  auto other = anotherLogic();
   WatchedRule::held = true;
   vtkSmartPointer<vtkSlicerInnerGSJob> job = other->StartReconstruction(parameters);
   ASSERT_NE(job, nullptr) << other->GetLastError();
@@ -117,7 +114,7 @@ TEST_F(SegmentationJobTest, EditedOrRemovedAfterTheStart) {
   vtkSmartPointer<vtkMRMLSegmentationNode> kept = node; // when it is removed
   const auto fill = [&] {
     if (node->GetScene() != scene.Get()) {
-      node = vtkMRMLSegmentationNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSegmentationNode"));
+      node = addNode<vtkMRMLSegmentationNode>();
     }
     kept = node;
     segments = node->GetSegmentation();
@@ -178,8 +175,7 @@ TEST_F(SegmentationJobTest, SegmentsTooFineToMerge) {
 
 // A segmentation somewhere else.
 TEST_F(SegmentationJobTest, MaskBesideTheImages) {
-  vtkNew<vtkMatrix4x4> matrix;
-  input->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(input);
   const int beside[6] = {60, 80, 60, 80, 60, 80};
   addSegment("Far", balls(matrix, beside, VTK_UNSIGNED_CHAR, {{120, 120, 120, 30}}));
   auto* parameters = addParameters(input);

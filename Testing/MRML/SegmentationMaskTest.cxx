@@ -1,10 +1,10 @@
 #include "SegmentationFixture.h"
 
-#include "Core/Base/Error.h"
 #include "DetachedTasks.h"
 #include "Geometry.h"
 #include "NodeGeometry.h"
 #include "SegmentationMask.h"
+#include "ThrownError.h"
 
 namespace {
 
@@ -80,8 +80,7 @@ TEST_F(SegmentationMaskTest, MergesLabelmapsAsSlicerDoes) {
 }
 
 TEST_F(SegmentationMaskTest, OfOverlappingSegmentsTheLastOneWins) {
-  vtkNew<vtkMatrix4x4> matrix;
-  input->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(input);
   const int whole[6] = {2, 19, 1, 18, 0, 17};
   auto outer = balls(matrix, whole, VTK_SHORT, {{-8, 0, 0, 6}, {8, 0, 0, 6}}); // one layer of two segments
   addSegment("First", outer, 1);
@@ -108,8 +107,7 @@ TEST_F(SegmentationMaskTest, MakesVoxelsOfSurfacesAsSlicerDoes) {
   const GridGeometry whole = innergs::mrml::gridOf(input);
   vtkNew<vtkMRMLSegmentationNode> voxelised;
   voxelised->GetSegmentation()->DeepCopy(segments);
-  vtkNew<vtkMatrix4x4> matrix;
-  input->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(input);
   voxelised->GetSegmentation()->SetConversionParameter(
       vtkSegmentationConverter::GetReferenceImageGeometryParameterName(),
       vtkSegmentationConverter::SerializeImageGeometry(matrix, input->GetImageData()));
@@ -121,8 +119,7 @@ TEST_F(SegmentationMaskTest, MakesVoxelsOfSurfacesAsSlicerDoes) {
 }
 
 TEST_F(SegmentationMaskTest, CropsToWhatTheFitLooksAt) {
-  vtkNew<vtkMatrix4x4> matrix;
-  input->GetIJKToRASMatrix(matrix);
+  const auto matrix = matrixOf(input);
   const int large[6] = {-60, 80, -60, 80, -60, 80};
   addSegment("Far", balls(matrix, large, VTK_UNSIGNED_CHAR, {{100, 100, 100, 30}}));
   const GridGeometry whole = innergs::mrml::gridOf(input);
@@ -137,12 +134,8 @@ TEST_F(SegmentationMaskTest, Cancel) {
   const GridGeometry whole = innergs::mrml::gridOf(input);
   const auto expectStopped = [&](const std::string& segment) {
     SegmentationMask mask(node, segment, input, {whole});
-    try {
-      mask.make(stop.get_token(), unstoppable);
-      FAIL();
-    } catch (const innergs::Error& error) {
-      EXPECT_EQ(error.code(), innergs::ErrorCode::Cancelled);
-    }
+    EXPECT_EQ(innergs::test::codeOf([&] { mask.make(stop.get_token(), unstoppable); }),
+              innergs::ErrorCode::Cancelled);
   };
   addSurface("Ball", 2, 12);
   expectStopped("");

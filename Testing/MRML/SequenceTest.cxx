@@ -73,7 +73,7 @@ TEST_F(SequenceTest, AnyOrderOfActions) {
       case 12: {
         auto* slice = vtkMRMLSliceNode::SafeDownCast(anyNode("vtkMRMLSliceNode"));
         if (!slice) {
-          slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
+          slice = addNode<vtkMRMLSliceNode>();
           slice->SetLayoutName("Red");
         }
         logic->FollowSlice(anyModel(), slice, pick(2) ? anyVolume() : nullptr);

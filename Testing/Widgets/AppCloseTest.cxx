@@ -53,14 +53,20 @@ public:
 
 class AppCloseTest : public AppWindowTest {
   Q_OBJECT
+  /// A ball in this many voxels each way that no file holds; returns its ID.
+  QString addUnsaved(const QString& name, std::int64_t size = 8) {
+    app::VolumeItem item = app::makeItem(ball({size, size, size}, {1, 1, 1}), name);
+    item.saved = false;
+    return host().document().add(std::move(item));
+  }
+
 private Q_SLOTS:
   void deleteClosesAnItem() {
     open({writeBall(*sandbox_, "one.nii"), writeBall(*sandbox_, "two.nii")});
-    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
     window_->activateWindow();
     QVERIFY(QTest::qWaitForWindowActive(window_.get()));
-    tree->setFocus();
-    QTest::keyClick(tree, Qt::Key_Delete);
+    tree()->setFocus();
+    QTest::keyClick(tree(), Qt::Key_Delete);
     QCOMPARE(lines(), QStringList{"one"});
   }
 
@@ -74,8 +80,7 @@ private Q_SLOTS:
     QVERIFY(text.contains("ball reconstructed") && text.contains("ball model"));
     QVERIFY(window_->isVisible());
     // Closing one of them asks as well.
-    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
-    tree->setCurrentItem(tree->topLevelItem(2));
+    chooseLine(2);
     answerBox("closeItemBox", "Discard");
     QTest::mouseClick(window_->findChild<QPushButton*>("closeItem"), Qt::LeftButton);
     QCOMPARE(lines(), (QStringList{"ball", "ball reconstructed"}));
@@ -87,17 +92,11 @@ private Q_SLOTS:
   }
 
   void everyAnswerIsObeyed() {
-    const auto put = [&](const QString& name) {
-      app::VolumeItem item = app::makeItem(ball({8, 8, 8}, {1, 1, 1}), name);
-      item.saved = false;
-      return host().document().add(std::move(item));
-    };
-    put("one");
-    put("two");
-    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
+    addUnsaved("one");
+    addUnsaved("two");
     auto* closeButton = window_->findChild<QPushButton*>("closeItem");
     // One item: kept by Cancel and by a dialog that is left, gone once it is saved.
-    tree->setCurrentItem(tree->topLevelItem(0));
+    chooseLine(0);
     answerBox("closeItemBox", "Cancel");
     QTest::mouseClick(closeButton, Qt::LeftButton);
     answerBox("closeItemBox", "Save");
@@ -120,9 +119,7 @@ private Q_SLOTS:
   }
 
   void nothingIsLostWhereItCannotBeWritten() {
-    app::VolumeItem item = app::makeItem(ball({32, 32, 32}, {1, 1, 1}), "result");
-    item.saved = false;
-    const QString id = host().document().add(std::move(item));
+    const QString id = addUnsaved("result", 32);
     const QString target = writeBall(*sandbox_, "earlier.nii.gz");
     const auto read = [&] {
       QFile file(target);
@@ -163,16 +160,12 @@ private Q_SLOTS:
   void closedWhileRunning() {
     open({writeBall(*sandbox_, "ball.nii", {48, 48, 16})});
     setQuick(true);
-    TRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
-    QVERIFY(host().isRunning());
+    start();
     answerBox("runningBox", "Keep Running");
     QVERIFY(!window_->close());
     TRY_VERIFY(!window_->findChild<QMessageBox*>("runningBox"));
     QVERIFY(host().isRunning() && window_->isVisible());
-    answerBox("runningBox", "Stop and Close");
-    window_->close();
-    TRY_VERIFY(!window_->isVisible());
+    stopAndClose();
     QVERIFY(!host().isRunning());
   }
 
@@ -180,13 +173,10 @@ private Q_SLOTS:
     const QString scan = writeBall(*sandbox_, "ball.nii", {48, 48, 16});
     open({scan});
     setQuick(true);
-    TRY_VERIFY(button()->isEnabled());
     QSignalSpy progress(&host(), &app::AppHost::progressed);
-    QTest::mouseClick(button(), Qt::LeftButton);
+    start();
     TRY_VERIFY(!progress.isEmpty() && progress.last()[0].value<Progress>().iteration > 20);
-    answerBox("runningBox", "Stop and Close");
-    window_->close();
-    TRY_VERIFY(!window_->isVisible());
+    stopAndClose();
     const auto kept = [&] { return recoveredFits(host().recoveryFolder().toStdU16String()); };
     QCOMPARE(kept().size(), std::size_t(1));
     const auto [file, reached] = std::pair(kept()[0].file, kept()[0].iteration);
@@ -198,9 +188,8 @@ private Q_SLOTS:
     auto* goOn = window_->findChild<QPushButton*>("goOn");
     QVERIFY(goOn->isVisible());
     goOn->click();
-    TRY_VERIFY(button()->isEnabled());
     QSignalSpy further(&host(), &app::AppHost::progressed);
-    QTest::mouseClick(button(), Qt::LeftButton);
+    start();
     const auto first = [&] { // iteration that it tells of
       for (const auto& told : further)
         if (const int iteration = told[0].value<Progress>().iteration; iteration > 0) return iteration;
@@ -220,10 +209,8 @@ private Q_SLOTS:
     QVERIFY(inTheWay.open(QIODevice::WriteOnly));
     inTheWay.close();
     setQuick(true);
-    TRY_VERIFY(button()->isEnabled());
-    QSignalSpy progress(&host(), &app::AppHost::progressed);
-    QSignalSpy failed(&host(), &app::AppHost::failed);
-    QTest::mouseClick(button(), Qt::LeftButton);
+    QSignalSpy progress(&host(), &app::AppHost::progressed), failed(&host(), &app::AppHost::failed);
+    start();
     TRY_VERIFY(!progress.isEmpty() && progress.last()[0].value<Progress>().iteration > 0);
     answerBox("runningBox", "Stop and Close");
     window_->close();
@@ -237,8 +224,7 @@ private Q_SLOTS:
   void resultFinishedWhileClosingIsNotLost() {
     open({writeBall(*sandbox_, "ball.nii")});
     setQuick();
-    TRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
+    start();
     window_->close(); // asks; the fit ends meanwhile
     TRY_VERIFY(window_->findChild<QMessageBox*>("runningBox"));
     TRY_COMPARE(lines().size(), 3);
@@ -272,9 +258,7 @@ private Q_SLOTS:
     QVERIFY(window_->isVisible());
     QCOMPARE(lines(), QStringList{"large"});
     // Also where the window stays open for another reason.
-    app::VolumeItem item = app::makeItem(ball({8, 8, 8}, {1, 1, 1}), "result");
-    item.saved = false;
-    host().document().add(std::move(item));
+    addUnsaved("result");
     window_->host()->open({sandbox_->path("absent.nii")});
     answerBox("unsavedBox", "Cancel");
     QVERIFY(!window_->close());
@@ -285,10 +269,8 @@ private Q_SLOTS:
   void windowDeletedWhileRunning() {
     open({writeBall(*sandbox_, "ball.nii", {48, 48, 16})});
     setQuick(true);
-    TRY_VERIFY(button()->isEnabled());
     QSignalSpy progress(&host(), &app::AppHost::progressed);
-    QTest::mouseClick(button(), Qt::LeftButton);
-    QVERIFY(host().isRunning());
+    start();
     QVERIFY(progress.wait(kPatience));
     window_.reset();
     QVERIFY(true); // without a crash
@@ -298,9 +280,8 @@ private Q_SLOTS:
   void renamesAndRemembers() {
     const QString file = writeBall(*sandbox_, "ball.nii");
     open({file});
-    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
     QTest::mouseClick(window_->findChild<QPushButton*>("renameItem"), Qt::LeftButton);
-    auto* edit = tree->findChild<QLineEdit*>();
+    auto* edit = tree()->findChild<QLineEdit*>();
     QVERIFY(edit);
     edit->setText("Head of J.");
     QTest::keyClick(edit, Qt::Key_Return);

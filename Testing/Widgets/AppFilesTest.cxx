@@ -92,13 +92,12 @@ private Q_SLOTS:
     open({writeBall(*sandbox_, "ball.nii"), file});
     auto* frame = window_->findChild<QSpinBox*>("frame");
     auto* time = window_->findChild<QLabel*>("frameTime");
-    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
     QCOMPARE(lines(), (QStringList{"ball", "series frame 1"}));
     const QString id = host().document().volumes()[1]->id;
     QVERIFY(frame->isVisible());
     QCOMPARE(frame->text(), QString("1 of 5"));
     QCOMPARE(time->text(), QString("at 0 s"));
-    QVERIFY(tree->topLevelItem(1)->toolTip(0).contains("holds 5 frames"));
+    QVERIFY(tree()->topLevelItem(1)->toolTip(0).contains("holds 5 frames"));
     const auto first = host().document().volume(id)->volume;
     const auto window = host().document().volume(id)->window;
     // By keyboard, faster than it can be read.
@@ -120,14 +119,14 @@ private Q_SLOTS:
     QCOMPARE(lines()[2], QString("series frame 3 reconstructed"));
     QVERIFY(!frame->isVisible());
     host().document().rename(id, "Rest");
-    tree->setCurrentItem(tree->topLevelItem(1));
+    chooseLine(1);
     QVERIFY(frame->isVisible());
     frame->setValue(5);
     TRY_COMPARE(lines()[1], QString("Rest frame 5"));
     // A single image offers no choice, and a missing file is reported.
-    tree->setCurrentItem(tree->topLevelItem(0));
+    chooseLine(0);
     QVERIFY(!frame->isVisible());
-    tree->setCurrentItem(tree->topLevelItem(1));
+    chooseLine(1);
     QVERIFY(QFile::remove(file));
     frame->setValue(2);
     QVERIFY(errorText().contains("does not exist"));
@@ -156,9 +155,8 @@ private Q_SLOTS:
     QSignalSpy logged(&host(), &AppHost::logged);
     open({holes, iteration});
     QCOMPARE(lines(), (QStringList{"holes", "iteration"}));
-    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
-    QVERIFY(tree->topLevelItem(0)->toolTip(0).contains("2 of 512 voxels"));
-    QVERIFY(tree->topLevelItem(1)->toolTip(0).contains("tracked sweep"));
+    QVERIFY(tree()->topLevelItem(0)->toolTip(0).contains("2 of 512 voxels"));
+    QVERIFY(tree()->topLevelItem(1)->toolTip(0).contains("tracked sweep"));
     QVERIFY(logged.last().first().toString().contains("tracked sweep"));
     window_->host()->open({nothing});
     QVERIFY(errorText().contains("no voxel with a finite value"));

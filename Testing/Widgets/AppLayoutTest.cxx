@@ -26,8 +26,7 @@ private Q_SLOTS:
     open({writeFrames(*sandbox_, "series.nii", 12, 2.5f)});
     setQuick();
     reconstruct();
-    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
-    tree->setCurrentItem(tree->topLevelItem(0));
+    chooseLine(0);
     for (const char* panel : {"reconstructDock", "queryDock", "findDock", "modelDock", "logDock"}) {
       window_->showPanel(panel);
       for (const char* name : {panel, "dataDock"}) // as soon as it is laid out

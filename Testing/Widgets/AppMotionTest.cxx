@@ -29,15 +29,34 @@ class AppMotionTest : public AppWindowTest {
     writeTimeSeries(test::movingBlob(frames), app::pathOf(path));
     return path;
   }
+  /// Opens a moving scan; returns its ID.
+  QString openScan(const QString& path) {
+    open({path});
+    [&] { TRY_COMPARE(host().document().volumes().size(), std::size_t{1}); }();
+    return host().document().volumes().front()->id;
+  }
+  static ui::MotionRequest requestOf(const QString& scan, DynamicKind kind) {
+    ui::MotionRequest request;
+    request.seriesId = scan;
+    request.settings.kind = kind;
+    return request;
+  }
   app::AppMotionHost& motion() { return window_->host()->motionHost(); }
+  /// Waits for the end of a run, which must be a success.
+  static ui::MotionReport reportOf(const QSignalSpy& finished, const QSignalSpy& failed) {
+    [&] {
+      TRY_VERIFY(finished.size() + failed.size() > 0);
+      QVERIFY2(failed.isEmpty(), failed.isEmpty() ? "" : qPrintable(failed[0][0].toString()));
+    }();
+    return finished.isEmpty() ? ui::MotionReport() : finished[0][0].value<ui::MotionReport>();
+  }
 
 private Q_SLOTS:
   void init() { AppWindowTest::init(); }
   void cleanup() { AppWindowTest::cleanup(); }
 
   void fromTheFileToTheSlider() {
-    open({writeSeries("moving.nii.gz")});
-    TRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    openScan(writeSeries("moving.nii.gz"));
     auto* dock = window_->findChild<QDockWidget*>("motionDock");
     TRY_VERIFY(!dock->visibleRegion().isEmpty()); // a 4D file leads here
     window_->motion()->findChild<QComboBox*>("motionKind")->setCurrentIndex(1);
@@ -45,9 +64,7 @@ private Q_SLOTS:
         shown(&motion(), &app::AppMotionHost::frameShown);
     window_->motion()->findChild<QPushButton*>("motionRun")->click();
     QVERIFY(motion().isRunning());
-    TRY_VERIFY(finished.size() + failed.size() > 0);
-    QVERIFY2(failed.isEmpty(), failed.isEmpty() ? "" : qPrintable(failed[0][0].toString()));
-    const auto report = finished[0][0].value<ui::MotionReport>();
+    const ui::MotionReport report = reportOf(finished, failed);
     QCOMPARE(report.quality.size(), 3);
     QVERIFY(report.quality[0].psnr > 20);
     const QString id = report.modelId;
@@ -99,11 +116,7 @@ private Q_SLOTS:
 
   /// By events: at the first preview the slider moves, then the fit is cancelled.
   void theModelSoFarIsShownAndGoesWithACancel() {
-    open({writeSeries("moving.nii.gz", 12)});
-    TRY_COMPARE(host().document().volumes().size(), std::size_t{1});
-    ui::MotionRequest request;
-    request.seriesId = host().document().volumes().front()->id;
-    request.settings.kind = DynamicKind::Motion;
+    ui::MotionRequest request = requestOf(openScan(writeSeries("moving.nii.gz", 12)), DynamicKind::Motion);
     request.settings.rounds = 10000; // until it is cancelled
     QSignalSpy previewed(&motion(), &ui::MotionHost::previewed),
         cancelled(&motion(), &ui::MotionHost::cancelled), shown(&motion(), &app::AppMotionHost::frameShown);
@@ -125,13 +138,9 @@ private Q_SLOTS:
   /// Cancelled, then closed: each time it goes on from where it stood, as the panel offers.
   void goesOnAfterACancelAndAfterClosing() {
     const QString scan = writeSeries("moving.nii.gz", 12);
-    open({scan});
-    TRY_COMPARE(host().document().volumes().size(), std::size_t{1});
-    const auto kept = [&] { return recoveredFits(host().recoveryFolder().toStdU16String()); };
-    ui::MotionRequest request;
-    request.seriesId = host().document().volumes().front()->id;
-    request.settings.kind = DynamicKind::Motion;
+    ui::MotionRequest request = requestOf(openScan(scan), DynamicKind::Motion);
     request.settings.rounds = 10000; // until it is stopped
+    const auto kept = [&] { return recoveredFits(host().recoveryFolder().toStdU16String()); };
     {
       QSignalSpy previewed(&motion(), &ui::MotionHost::previewed),
           cancelled(&motion(), &ui::MotionHost::cancelled);
@@ -154,9 +163,7 @@ private Q_SLOTS:
       QVERIFY2(failed.isEmpty(), failed.isEmpty() ? "" : qPrintable(failed[0][0].toString()));
     };
     start();
-    answerBox("runningBox", "Stop and Close");
-    window_->close();
-    TRY_VERIFY(!window_->isVisible());
+    stopAndClose();
     QCOMPARE(kept().size(), std::size_t(1)); // the newer state alone
     QVERIFY(kept()[0].iteration > reached);
 
@@ -180,30 +187,21 @@ private Q_SLOTS:
       times << f * f << "\n";
     }
     times.close();
-    open({sandbox_->path("frames")});
-    TRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    openScan(sandbox_->path("frames"));
     const auto scan = host().document().volumes().front();
     QCOMPARE(scan->frames.count, 6);
     const ui::SeriesInfo info = motion().seriesInfo(scan->id);
     QCOMPARE(info.frames, 6);
     QVERIFY(info.timed);
     QSignalSpy finished(&motion(), &ui::MotionHost::finished), failed(&motion(), &ui::MotionHost::failed);
-    ui::MotionRequest request;
-    request.seriesId = scan->id;
-    request.settings.kind = DynamicKind::Intensity;
+    ui::MotionRequest request = requestOf(scan->id, DynamicKind::Intensity);
     request.evaluateQuality = false;
     QVERIFY(motion().start(request));
-    TRY_VERIFY(finished.size() + failed.size() > 0);
-    QVERIFY2(failed.isEmpty(), failed.isEmpty() ? "" : qPrintable(failed[0][0].toString()));
-    QCOMPARE(motion().motionInfo(finished[0][0].value<ui::MotionReport>().modelId).last, 25.0);
+    QCOMPARE(motion().motionInfo(reportOf(finished, failed).modelId).last, 25.0);
   }
 
   void slicesAreTakenAtTheTimesOfAChosenFile() {
-    open({writeSeries("bold.nii.gz", 8)});
-    TRY_COMPARE(host().document().volumes().size(), std::size_t{1});
-    ui::MotionRequest request;
-    request.seriesId = host().document().volumes().front()->id;
-    request.settings.kind = DynamicKind::Intensity;
+    ui::MotionRequest request = requestOf(openScan(writeSeries("bold.nii.gz", 8)), DynamicKind::Intensity);
     request.evaluateQuality = false;
     const auto write = [&](const char* name, const char* text) {
       request.sliceTimesFile = sandbox_->path(name);
@@ -233,12 +231,9 @@ private Q_SLOTS:
   }
 
   void cancelAndBadScans() {
-    open({writeSeries("moving.nii.gz", 12)});
-    TRY_COMPARE(host().document().volumes().size(), std::size_t{1});
-    const QString id = host().document().volumes().front()->id;
-    QSignalSpy cancelled(&motion(), &ui::MotionHost::cancelled), failed(&motion(), &ui::MotionHost::failed);
     ui::MotionRequest request;
-    request.seriesId = id;
+    request.seriesId = openScan(writeSeries("moving.nii.gz", 12));
+    QSignalSpy cancelled(&motion(), &ui::MotionHost::cancelled), failed(&motion(), &ui::MotionHost::failed);
     QVERIFY(motion().start(request));
     QVERIFY(!motion().start(request)); // one at a time
     QCOMPARE(failed.size(), 1);

@@ -49,10 +49,8 @@ private Q_SLOTS:
     QCOMPARE(window_->state()->volume()->name, QString("ball"));
     // Reconstruct, cancel, reconstruct.
     setQuick(true);
-    TRY_VERIFY(button()->isEnabled());
     QSignalSpy progress(&host(), &AppHost::progressed);
-    QTest::mouseClick(button(), Qt::LeftButton);
-    QVERIFY(host().isRunning());
+    start();
     QVERIFY(progress.wait(kPatience));
     QSignalSpy cancelled(&host(), &AppHost::cancelled);
     QTest::mouseClick(button(), Qt::LeftButton);
@@ -105,8 +103,7 @@ private Q_SLOTS:
     const auto input = [&] { return window_->reconstruction()->request().inputs.value(0).id; };
     const auto& volumes = host().document().volumes();
     QCOMPARE(input(), volumes[1]->id);
-    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
-    tree->setCurrentItem(tree->topLevelItem(0));
+    chooseLine(0);
     QCOMPARE(input(), volumes[0]->id);
     // Another row starts empty, not with the same scan again.
     QTest::mouseClick(window_->findChild<QAbstractButton*>("addInput"), Qt::LeftButton);
@@ -130,16 +127,14 @@ private Q_SLOTS:
     QCOMPARE(input(), volumes[0]->id);
     // Other scans are shown during a run: this one is still being reconstructed.
     setQuick(true);
-    TRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
-    QVERIFY(host().isRunning());
-    tree->setCurrentItem(tree->topLevelItem(1));
+    start();
+    chooseLine(1);
     QCOMPARE(window_->state()->volumeId(), volumes[1]->id);
     open({writeBall(*sandbox_, "three.nii")});
     QCOMPARE(input(), volumes[0]->id);
     host().cancel();
     TRY_VERIFY(!host().isRunning());
-    tree->setCurrentItem(tree->topLevelItem(1));
+    chooseLine(1);
     window_->state()->setVolumeId(volumes[3]->id);
     QCOMPARE(input(), volumes[3]->id);
   }
@@ -205,10 +200,8 @@ private Q_SLOTS:
     request.settings.prediction = PredictionKind::None;
     request.evaluateQuality = false;
     window_->reconstruction()->setRequest(request);
-    TRY_VERIFY(button()->isEnabled());
     QSignalSpy progress(&host(), &AppHost::progressed);
-    QTest::mouseClick(button(), Qt::LeftButton);
-    QVERIFY(host().isRunning());
+    start();
     TRY_VERIFY(progress.count() > 40);
     QVERIFY(host().isRunning());
     host().cancel();

@@ -83,7 +83,7 @@ private Q_SLOTS:
     state->setCrosshair({3, -2, 4});
     window_->activateWindow();
     QVERIFY(QTest::qWaitForWindowActive(window_.get()));
-    QTest::mouseMove(window_->findChild<QTreeWidget*>("dataTree")); // out of the views
+    QTest::mouseMove(tree()); // out of the views
     auto* pointed = window_->findChild<QLabel*>("pointed");
     SliceView* axial = window_->views()->slice(2);
     TRY_VERIFY(!axial->underMouse());
@@ -126,8 +126,7 @@ private Q_SLOTS:
     trigger("previousVolume");
     QCOMPARE(state->volume()->name, QString("thin"));
     // By the list as well.
-    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
-    tree->setCurrentItem(tree->topLevelItem(0));
+    chooseLine(0);
     QCOMPARE(state->volume()->name, QString("thick"));
   }
 

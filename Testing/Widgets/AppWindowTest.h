@@ -29,13 +29,14 @@ protected:
 
   innergs::app::AppHost& host() { return *window_->host(); }
   QPushButton* button() { return window_->findChild<QPushButton*>("reconstruct"); }
+  QTreeWidget* tree() const { return window_->findChild<QTreeWidget*>("dataTree"); }
   QStringList lines() const {
     QStringList names;
-    const auto* tree = window_->findChild<QTreeWidget*>("dataTree");
-    for (int n = 0; n < tree->topLevelItemCount(); ++n)
-      names << tree->topLevelItem(n)->text(0);
+    for (int n = 0; n < tree()->topLevelItemCount(); ++n)
+      names << tree()->topLevelItem(n)->text(0);
     return names;
   }
+  void chooseLine(int n) { tree()->setCurrentItem(tree()->topLevelItem(n)); }
   void open(const QStringList& paths) {
     window_->host()->open(paths);
     TRY_VERIFY(!host().background().isBusy());
@@ -96,12 +97,21 @@ protected:
     [&] { TRY_VERIFY(window_->state()->turns().isIdle()); }();
     return window_->views()->threeD()->grab().toImage();
   }
-  void reconstruct() {
-    QSignalSpy finished(&host(), &innergs::app::AppHost::finished);
+  void start() {
     TRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(host().isRunning());
+  }
+  void reconstruct() {
+    QSignalSpy finished(&host(), &innergs::app::AppHost::finished);
+    start();
     QVERIFY(finished.wait(kPatience));
+  }
+  /// Closes the window during a run.
+  void stopAndClose() {
+    apptest::answerBox("runningBox", "Stop and Close");
+    window_->close();
+    TRY_VERIFY(!window_->isVisible());
   }
 
 protected Q_SLOTS:

@@ -220,7 +220,7 @@ private Q_SLOTS:
     QCOMPARE(shown.message("findAnswer"), QString("Kept in “Boxes segments”."));
     shown.host.keepError = "The scene is closed.";
     QTest::mouseClick(shown.part<QPushButton>("findAdd"), Qt::LeftButton);
-    QCOMPARE(shown.message("findAnswer"), QString("The scene is closed."));
+    QCOMPARE(shown.message("findAnswer"), shown.host.keepError);
   }
 
   void anOpenSideShowsBothAndLetsChoose() {
@@ -291,11 +291,11 @@ private Q_SLOTS:
     Shown shown;
     shown.host.refusal = "The labels are no longer open.";
     QTest::mouseClick(shown.part<QPushButton>("findLearn"), Qt::LeftButton);
-    QCOMPARE(shown.message("findLearningMessage"), QString("The labels are no longer open."));
+    QCOMPARE(shown.message("findLearningMessage"), shown.host.refusal);
     shown.host.refusal.clear();
     shown.host.failure = "The labels have no names.";
     shown.learn();
-    QCOMPARE(shown.message("findLearningMessage"), QString("The labels have no names."));
+    QCOMPARE(shown.message("findLearningMessage"), shown.host.failure);
     shown.host.failure.clear();
     shown.host.labels.labels.geometry.origin[0] += 900;
     shown.learn();

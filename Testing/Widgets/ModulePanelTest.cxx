@@ -140,7 +140,7 @@ private Q_SLOTS:
     enter();
     TRY_VERIFY(button()->isEnabled());
     TRY_COMPARE(clippedWidget(*module_), QString());
-    panel_->findChild<InputRow*>()->firstField()->setFocus();
+    panel_->findChild<InputRow*>()->fields().first()->setFocus();
     for (int n = 0; n < 60 && QApplication::focusWidget() != button(); ++n) {
       QWidget* at = QApplication::focusWidget();
       QVERIFY2(isSeen(at), qPrintable(at->objectName()));

@@ -48,6 +48,10 @@ public:
     return true;
   }
   void cancel() override { ++cancels; }
+  void sendCancelled() {
+    running = false;
+    Q_EMIT cancelled();
+  }
   bool isRunning() const override { return running; }
   MotionInfo preview;
   QVector<double> previewTimes;
@@ -79,6 +83,13 @@ class MotionPanelTest : public QObject {
   template <class Part>
   Part* part(const char* name) {
     return panel_->findChild<Part*>(name);
+  }
+  QString about() { return part<QLabel>("motionAbout")->text(); }
+  QPushButton* run() { return part<QPushButton>("motionRun"); }
+  void addModel(const QString& id, const QString& name, const MotionInfo& info) {
+    motion_->models[id] = info;
+    host_->models[id].name = name;
+    Q_EMIT host_->modelsChanged();
   }
 
   static QString keep(const QString& folder) {
@@ -122,28 +133,27 @@ private Q_SLOTS:
   }
 
   void saysWhatAScanIs() {
-    QVERIFY(!part<QPushButton>("motionRun")->isEnabled());
-    QVERIFY(part<QLabel>("motionAbout")->text().contains("4D"));
+    QVERIFY(!run()->isEnabled());
+    QVERIFY(about().contains("4D"));
     panel_->setSeriesId("wrist");
-    QVERIFY(part<QPushButton>("motionRun")->isEnabled());
-    QCOMPARE(part<QLabel>("motionAbout")->text(),
-             QString("38 frames of 64 × 64 × 12 voxels, from 0 s to 18.5 s."));
+    QVERIFY(run()->isEnabled());
+    QCOMPARE(about(), QString("38 frames of 64 × 64 × 12 voxels, from 0 s to 18.5 s."));
     panel_->setSeriesId("bold");
-    QVERIFY(part<QLabel>("motionAbout")->text().contains("give the time between frames"));
+    QVERIFY(about().contains("give the time between frames"));
     part<QDoubleSpinBox>("motionInterval")->setValue(2);
-    QVERIFY(part<QLabel>("motionAbout")->text().contains("to 94 s"));
+    QVERIFY(about().contains("to 94 s"));
     motion_->series["wrist"].problem = "It has a vector per voxel: choose another.";
     part<QDoubleSpinBox>("motionInterval")->setValue(part<QDoubleSpinBox>("motionInterval")->minimum());
     panel_->setSeriesId("wrist");
-    QVERIFY(!part<QPushButton>("motionRun")->isEnabled());
-    QVERIFY(part<QLabel>("motionAbout")->text().contains("vector"));
+    QVERIFY(!run()->isEnabled());
+    QVERIFY(about().contains("vector"));
   }
 
   void runsAndReports() {
     panel_->setSeriesId("wrist");
     part<QComboBox>("motionKind")->setCurrentIndex(1);
     part<QDoubleSpinBox>("motionRate")->setValue(10);
-    QTest::mouseClick(part<QPushButton>("motionRun"), Qt::LeftButton);
+    QTest::mouseClick(run(), Qt::LeftButton);
     QCOMPARE(motion_->requests.size(), 1);
     const MotionRequest& request = motion_->requests[0];
     QCOMPARE(request.seriesId, QString("wrist"));
@@ -159,9 +169,7 @@ private Q_SLOTS:
     QCOMPARE(part<QProgressBar>("motionProgress")->value(), 250);
     QVERIFY(part<QLabel>("motionPhase")->text().contains("40 seconds"));
     snapshot(*panel_, "motion-running");
-    motion_->models["m"] = {true, 0, 18.5, 0, "motion"};
-    host_->models["m"].name = "Wrist model";
-    Q_EMIT host_->modelsChanged();
+    addModel("m", "Wrist model", {true, 0, 18.5, 0, "motion"});
     motion_->running = false;
     MotionReport report;
     report.modelId = "m";
@@ -191,7 +199,7 @@ private Q_SLOTS:
     QVERIFY(!part<QDoubleSpinBox>("rounds")->isEnabled()); // intensities are solved for
     part<QComboBox>("motionKind")->setCurrentIndex(3);
     QVERIFY(part<QDoubleSpinBox>("rounds")->isEnabled());
-    part<QPushButton>("motionRun")->click();
+    run()->click();
     const innergs::Settings& asked = motion_->requests[0].settings;
     QVERIFY(asked.kind == innergs::DynamicKind::Network);
     QVERIFY(asked.knots == 9);
@@ -212,16 +220,14 @@ private Q_SLOTS:
     Q_EMIT dialog->fileSelected(file);
     QCOMPARE(QDir::fromNativeSeparators(part<QLineEdit>("motionSliceTimes")->text()), file);
     QCOMPARE(host_->folder(), folder.path());
-    part<QPushButton>("motionRun")->click();
+    run()->click();
     QCOMPARE(QDir::fromNativeSeparators(motion_->requests.last().sliceTimesFile), file);
-    motion_->running = false;
-    Q_EMIT motion_->cancelled();
+    motion_->sendCancelled();
     part<QComboBox>("motionKind")->setCurrentIndex(1); // where Gaussians move, a frame is one moment
     QVERIFY(!part<QLineEdit>("motionSliceTimes")->isEnabled());
-    part<QPushButton>("motionRun")->click();
+    run()->click();
     QCOMPARE(motion_->requests.last().sliceTimesFile, QString());
-    motion_->running = false;
-    Q_EMIT motion_->cancelled();
+    motion_->sendCancelled();
     part<QComboBox>("motionKind")->setCurrentIndex(2);
     QVERIFY(part<QLineEdit>("motionSliceTimes")->isEnabled());
   }
@@ -229,22 +235,21 @@ private Q_SLOTS:
   void theDeviceIsChosenAndSaysWhy() {
     panel_->setSeriesId("wrist");
     auto* device = part<QComboBox>("device");
-    part<QPushButton>("motionRun")->click();
+    run()->click();
     QCOMPARE(motion_->requests.last().settings.device, std::string("auto"));
     Progress progress;
     progress.note = "On the CPU. There is no driver.";
     Q_EMIT motion_->progressed(progress);
-    QCOMPARE(part<QLabel>("deviceReason")->text(), QString("On the CPU. There is no driver."));
-    motion_->running = false;
-    Q_EMIT motion_->cancelled();
+    QCOMPARE(part<QLabel>("deviceReason")->text(), QString::fromStdString(progress.note));
+    motion_->sendCancelled();
     device->setCurrentIndex(device->findData("cpu"));
-    part<QPushButton>("motionRun")->click();
+    run()->click();
     QCOMPARE(motion_->requests.last().settings.device, std::string("cpu"));
   }
 
   void theSliderShowsTheModelSoFar() {
     panel_->setSeriesId("wrist");
-    part<QPushButton>("motionRun")->click();
+    run()->click();
     auto* slider = part<QSlider>("motionTimeSlider");
     QVERIFY(!slider->isEnabled());
     motion_->preview = {true, 0, 18.5, 0, "motion"};
@@ -258,25 +263,22 @@ private Q_SLOTS:
     snapshot(*panel_, "motion-preview");
     Q_EMIT motion_->previewed(); // a newer one at the same time
     QCOMPARE(part<QDoubleSpinBox>("motionTimeValue")->value(), 7.25);
-    motion_->running = false;
-    Q_EMIT motion_->cancelled();
+    motion_->sendCancelled();
     QVERIFY(!slider->isEnabled());
   }
 
   void cancelsAndTellsErrors() {
     panel_->setSeriesId("wrist");
-    auto* run = part<QPushButton>("motionRun");
-    QTest::mouseClick(run, Qt::LeftButton);
-    QTest::mouseClick(run, Qt::LeftButton);
+    QTest::mouseClick(run(), Qt::LeftButton);
+    QTest::mouseClick(run(), Qt::LeftButton);
     QCOMPARE(motion_->cancels, 1);
-    QVERIFY(!run->isEnabled()); // once
-    motion_->running = false;
-    Q_EMIT motion_->cancelled();
-    QVERIFY(run->isEnabled());
+    QVERIFY(!run()->isEnabled()); // once
+    motion_->sendCancelled();
+    QVERIFY(run()->isEnabled());
     motion_->refusal = "All frames are equal: choose another scan.";
-    QTest::mouseClick(run, Qt::LeftButton);
+    QTest::mouseClick(run(), Qt::LeftButton);
     QVERIFY(panel_->findChild<QWidget*>("motionMessage")->isVisible());
-    QVERIFY(run->isEnabled());
+    QVERIFY(run()->isEnabled());
   }
 
   void goesOnFromWhatWasKept() {
@@ -286,10 +288,9 @@ private Q_SLOTS:
     still.field.gaussians.resize(1);
     innergs::writeRecoveredFit(still, {}, folder.path().toStdU16String());
     panel_->setSeriesId("wrist");
-    part<QPushButton>("motionRun")->click();
+    run()->click();
     const QString file = keep(folder.path());
-    motion_->running = false;
-    Q_EMIT motion_->cancelled();
+    motion_->sendCancelled();
     QVERIFY(part<QWidget>("motionRecoveryLine")->isVisible());
     const auto told = [&] {
       QString text;
@@ -303,7 +304,7 @@ private Q_SLOTS:
     part<QPushButton>("motionGoOn")->click();
     QCOMPARE(part<QComboBox>("motionKind")->currentIndex(), 1);
     QCOMPARE(part<QDoubleSpinBox>("motionInterval")->value(), 0.7);
-    part<QPushButton>("motionRun")->click();
+    run()->click();
     const MotionRequest& asked = motion_->requests.last();
     QCOMPARE(asked.resumeFile, file);
     QVERIFY(asked.settings.knots == 9);
@@ -314,15 +315,13 @@ private Q_SLOTS:
     motion_->running = false;
     Q_EMIT motion_->finished({"m", {}, {}, {}, {}, 8192, 37});
     QVERIFY(!part<QWidget>("motionRecoveryLine")->isVisible());
-    part<QPushButton>("motionRun")->click();
+    run()->click();
     QCOMPARE(motion_->requests.last().resumeFile, QString());
   }
 
   void theSliderShowsTimes() {
-    motion_->models["m"] = {true, 2, 6, 3, "intensity"};
-    host_->models["m"].name = "Model";
-    host_->models["still"].name = "Still";
-    Q_EMIT host_->modelsChanged();
+    addModel("m", "Model", {true, 2, 6, 3, "intensity"});
+    addModel("still", "Still", {});
     panel_->setModelId("still");
     QVERIFY(part<QLabel>("motionAboutModel")->text().contains("does not move"));
     QVERIFY(!part<QToolButton>("motionPlay")->isEnabled());
@@ -339,9 +338,7 @@ private Q_SLOTS:
   }
 
   void plays() {
-    motion_->models["m"] = {true, 0, 0.3, 0, "motion"};
-    host_->models["m"].name = "Model";
-    Q_EMIT host_->modelsChanged();
+    addModel("m", "Model", {true, 0, 0.3, 0, "motion"});
     panel_->setModelId("m");
     part<QToolButton>("motionPlay")->click();
     const auto wrapped = [&] {

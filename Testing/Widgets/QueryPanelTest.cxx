@@ -412,7 +412,7 @@ private Q_SLOTS:
     Shown shown(ramp_);
     shown.host.modelError = "The disk is full: free some space.";
     QTest::mouseClick(shown.find<QPushButton>("queryExportVolume"), Qt::LeftButton);
-    TRY_VERIFY(shown.message().contains("The disk is full: free some space."));
+    TRY_VERIFY(shown.message().contains(shown.host.modelError));
     shown.host.modelError.clear();
     vtkNew<vtkInnerGSModel> huge; // 36 m wide
     auto core = std::make_shared<Model>(*ramp_->GetCoreModel());

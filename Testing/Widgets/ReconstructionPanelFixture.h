@@ -60,10 +60,13 @@ protected:
     QCOMPARE(selector->currentId(), id);
   }
   void choose(const QString& id) { select(rows()[0]->findChild<innergs::ui::Selector*>(), id); }
-  void start() {
-    choose("head");
+  void clickWhenEnabled() {
     TRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
+  }
+  void start() {
+    choose("head");
+    clickWhenEnabled();
   }
   void finish(const innergs::ui::Report& report) {
     start();

@@ -28,9 +28,7 @@ private Q_SLOTS:
 
   void offersWhatTheSceneTookAway() {
     QVERIFY(!isShown("recoveryLine"));
-    choose("head");
-    TRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
+    start();
     const QString file = keep("T2", 37, 480);
     host_->sendFailed("Closing the scene ended the reconstruction.");
     QVERIFY(isShown("recoveryLine"));
@@ -38,8 +36,7 @@ private Q_SLOTS:
     QVERIFY(line("recovery").contains(QDir::toNativeSeparators(file)));
     QVERIFY(!line("message").contains("Change something"));
     // Another failure is only that.
-    TRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
+    clickWhenEnabled();
     host_->sendFailed("Out of memory.");
     QVERIFY(line("message").contains("Change something"));
   }
@@ -56,9 +53,7 @@ private Q_SLOTS:
     QCOMPARE(panel_->request().settings.preset, innergs::Preset::Best);
     QVERIFY(!isShown("goOn"));
     QVERIFY(line("recovery").contains("continues that of “T2”"));
-    choose("head");
-    TRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
+    start();
     QCOMPARE(host_->requests.last().resumeFile, file);
     QVERIFY(!isShown("recoveryLine"));
     QFile::remove(file); // as the hosts do

@@ -83,6 +83,10 @@ std::vector<std::string> CommandTest::filesIn(const std::string& name) const {
   return files;
 }
 
+void expectSuccess(const Outcome& outcome) {
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+}
+
 void expectOneSentence(const Outcome& outcome, int exitCode, const std::string& mention) {
   EXPECT_EQ(outcome.exitCode, exitCode) << outcome.err;
   EXPECT_EQ(outcome.out, "");

@@ -32,6 +32,8 @@ protected:
   std::filesystem::path folder_;
 };
 
+void expectSuccess(const Outcome& outcome);
+
 /// What every failure must look like: this exit code, one line "innergs: <sentence>" on stderr, nothing on
 /// stdout.
 void expectOneSentence(const Outcome& outcome, int exitCode, const std::string& mention = "");

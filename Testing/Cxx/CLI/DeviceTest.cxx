@@ -75,7 +75,7 @@ TEST_F(DeviceTest, InfoSaysInOneLineWhyThereIsNone) {
     EXPECT_TRUE(has(line, "CPU only. ")) << line;
     EXPECT_TRUE(has(line, says)) << line;
     EXPECT_EQ(line.back(), '.') << line;
-    EXPECT_EQ(run({"info", "--json"}, prefix).exitCode, 0);
+    expectSuccess(run({"info", "--json"}, prefix));
   }
 }
 
@@ -132,7 +132,7 @@ TEST_F(DeviceTest, IsChosenReportedAndLeftWhenItFails) {
   ASSERT_EQ(cpu.exitCode, 0) << cpu.err;
   report = reportOf(contents("out/r.json"));
   EXPECT_EQ(report["device"]["used"], "cpu");
-  EXPECT_EQ(report["device"]["reason"], "On the CPU, as asked.");
+  EXPECT_TRUE(has(report["device"]["reason"], "as asked")) << report["device"]["reason"];
 
   for (const auto& prefix : {fake("other"), fake("good", "none"), fake("symbol")}) {
     const Outcome none = reconstruct("auto", prefix);
@@ -187,7 +187,7 @@ TEST_F(DeviceTest, IsAnErrorWhereItIsNot) {
 
 TEST_F(DeviceTest, RendersModelsWhereAsked) {
   writeVolume(phantom(), path("scan.nii"));
-  ASSERT_EQ(run(quickly({"reconstruct", path("scan.nii"), "--save-model", path("m.innergs")})).exitCode, 0);
+  expectSuccess(run(quickly({"reconstruct", path("scan.nii"), "--save-model", path("m.innergs")})));
   const auto render = [&](const std::string& command, const std::string& device, const std::string& fault) {
     std::vector<std::string> words{command, path("m.innergs"), "-o", path("out/v.nii"), "--device", device};
     if (command == "slice") words.insert(words.end(), {"--plane", "axial"});

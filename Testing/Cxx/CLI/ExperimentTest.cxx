@@ -127,8 +127,7 @@ TEST_F(ExperimentTest, SegmentationComparesWithLabelsLeftOut) {
   for (const std::string& word :
        {std::string("--labels"), path("labels.nii"), std::string("--label-names"), path("names.json")})
     all.push_back(word);
-  const Outcome outcome = run(all);
-  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  expectSuccess(run(all));
   const auto rows = rowsOf(contents("tables/segmentation.csv"));
   expectTable(
       rows, "labels,labelled,classes,method,dice,iou,pixel_accuracy,top5_dice,top5_iou,top5_accuracy,seconds,"
@@ -142,9 +141,8 @@ TEST_F(ExperimentTest, SegmentationComparesWithLabelsLeftOut) {
 
 TEST_F(ExperimentTest, CoversEveryBlendingAndPlane) {
   writeVolume(phantom({26, 30, 24}), path("head.nii"));
-  const Outcome outcome = run({"experiment", "static", "--quick", "--volume", path("head.nii"), "-o",
-                               path("tables"), "--gaussians", "300", "-q"});
-  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  expectSuccess(run({"experiment", "static", "--quick", "--volume", path("head.nii"), "-o", path("tables"),
+                     "--gaussians", "300", "-q"}));
   const auto rows = rowsOf(contents("tables/static.csv"));
   for (const char* method : {"alpha, the paper's training", "alpha", "additive", "normalised", "linear"})
     for (const char* plane : {"axial", "coronal", "sagittal", "average"}) {
@@ -159,8 +157,7 @@ TEST_F(ExperimentTest, CoversEveryBlendingAndPlane) {
 }
 
 TEST_F(ExperimentTest, SimulationsNeedNoVolume) {
-  const Outcome outcome = run({"experiment", "contour", "selection", "--quick", "-o", path("a/b"), "-q"});
-  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  expectSuccess(run({"experiment", "contour", "selection", "--quick", "-o", path("a/b"), "-q"}));
   const auto rows = rowsOf(contents("a/b/selection.csv"));
   ASSERT_EQ(rows.size(), 4u);
   EXPECT_EQ(rows[3][0], "exact");

@@ -21,10 +21,9 @@ using InterpolateTest = CommandTest;
 
 TEST_F(InterpolateTest, FramesAtAnyTimeAndAModelThatGivesMore) {
   writeTimeSeries(movingBlob(6), path("in.nii.gz"));
-  const Outcome outcome =
+  expectSuccess(
       run({"interpolate", path("in.nii.gz"), "--rate", "4", "-o", path("out.seq.nrrd"), "--save-model",
-           path("m.innergs"), "--report", path("r.json"), "--kind", "motion", "-q"});
-  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+           path("m.innergs"), "--report", path("r.json"), "--kind", "motion", "-q"}));
   const TimeSeries out = readTimeSeries(path("out.seq.nrrd"));
   ASSERT_EQ(out.size(), 11);
   EXPECT_NEAR(out.times[3], 0.75, 1e-9);
@@ -35,8 +34,7 @@ TEST_F(InterpolateTest, FramesAtAnyTimeAndAModelThatGivesMore) {
   EXPECT_TRUE(report.at("settings").at("knots").is_null());
   EXPECT_FALSE(report.at("settings").contains("preset"));
 
-  ASSERT_EQ(run({"interpolate", path("m.innergs"), "--at", "0.75", "-o", path("one.nrrd"), "-q"}).exitCode,
-            0);
+  expectSuccess(run({"interpolate", path("m.innergs"), "--at", "0.75", "-o", path("one.nrrd"), "-q"}));
   const Volume one = readVolume(path("one.nrrd"));
   ASSERT_EQ(one.voxels.size(), out.frames[3].size());
   for (std::size_t v = 0; v < one.voxels.size(); ++v)
@@ -53,15 +51,12 @@ TEST_F(InterpolateTest, MotionIsADisplacementFieldOfItk) {
   using Field = itk::Image<itk::Vector<float, 3>, 3>;
   const TimeSeries series = movingBlob(6);
   writeTimeSeries(series, path("in.nii.gz"));
-  const Outcome outcome = run({"interpolate", path("in.nii.gz"), "--kind", "motion", "--save-model",
-                               path("m.innergs"), "--motion", path("d.nrrd"), "--motion-from", "1", "-q"});
-  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  expectSuccess(run({"interpolate", path("in.nii.gz"), "--kind", "motion", "--save-model", path("m.innergs"),
+                     "--motion", path("d.nrrd"), "--motion-from", "1", "-q"}));
   for (int f = 0; f < 6; ++f)
     EXPECT_TRUE(exists("d-00" + std::to_string(f) + ".nrrd"));
-  ASSERT_EQ(run({"interpolate", path("m.innergs"), "--motion", path("d.nii.gz"), "--motion-from", "1", "--at",
-                 "2.5", "-q"})
-                .exitCode,
-            0);
+  expectSuccess(run({"interpolate", path("m.innergs"), "--motion", path("d.nii.gz"), "--motion-from", "1",
+                     "--at", "2.5", "-q"}));
   for (const auto& [file, io] :
        {std::pair<std::string, itk::ImageIOBase::Pointer>{"d-005.nrrd", itk::NrrdImageIO::New().GetPointer()},
         {"d.nii.gz", itk::NiftiImageIO::New().GetPointer()}}) {
@@ -90,7 +85,7 @@ TEST_F(InterpolateTest, MotionIsADisplacementFieldOfItk) {
     EXPECT_NEAR(at[0], 2.4, 0.6) << file; // mm: 0.8 voxels of 1 mm a frame, of a smooth blob
     EXPECT_NEAR(at[1], 0, 0.2) << file;
   }
-  ASSERT_EQ(run({"interpolate", path("m.innergs"), "--motion", path("d.seq.nrrd"), "-q"}).exitCode, 0);
+  expectSuccess(run({"interpolate", path("m.innergs"), "--motion", path("d.seq.nrrd"), "-q"}));
   EXPECT_NE(contents("d.seq.nrrd").find("axis 3 index values:=0 0.5 1 1.5 2 2.5"), std::string::npos);
   expectOneSentence(run({"interpolate", path("m.innergs"), "--motion", path("d.png")}), 1, ".seq.nrrd");
   expectOneSentence(run({"interpolate", path("m.innergs"), "--motion", path("d.nrrd"), "--motion-from", "9"}),
@@ -126,8 +121,7 @@ TEST_F(InterpolateTest, SliceTimesOfAChosenFileShowMomentsBetter) {
     std::vector<std::string> words{"interpolate", path("in.nii.gz"), "--kind",   "intensity",    "--at", "41",
                                    "-o",          path("o.nii"),     "--report", path("r.json"), "-q"};
     words.insert(words.end(), more.begin(), more.end());
-    const Outcome outcome = run(words);
-    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    expectSuccess(run(words));
     EXPECT_EQ(nlohmann::json::parse(contents("r.json")).at("slice_times_used"), used);
     const Volume found = readVolume(path("o.nii"));
     double sum = 0;

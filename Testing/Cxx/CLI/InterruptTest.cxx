@@ -87,8 +87,8 @@ TEST_F(InterruptTest, KeepsWhatWasAskedForAndResumesToTheSameResult) {
   auto resumed = longFit("resumed.innergs"), whole = longFit("whole.innergs");
   for (const auto& word : {std::string("--resume"), path("part.innergs")})
     resumed.push_back(word);
-  ASSERT_EQ(run(resumed).exitCode, 0) << contents("stderr.txt");
-  ASSERT_EQ(run(whole).exitCode, 0) << contents("stderr.txt");
+  expectSuccess(run(resumed));
+  expectSuccess(run(whole));
   EXPECT_TRUE(contents("resumed.innergs") == contents("whole.innergs"));
 }
 
@@ -107,7 +107,7 @@ TEST_F(InterruptTest, WhileTheQualityIsJudgedTheFitIsKept) {
   EXPECT_FALSE(report.at("interrupted").get<bool>());
   EXPECT_EQ(report.at("quality").at("judging"), "stopped");
   EXPECT_TRUE(report.at("quality").at("held_out_psnr_db").is_null());
-  ASSERT_EQ(run(plain).exitCode, 0);
+  expectSuccess(run(plain));
   const auto judged = readModel(path("judged.innergs")).field.gaussians,
              whole = readModel(path("plain.innergs")).field.gaussians;
   ASSERT_EQ(judged.size(), whole.size());
@@ -137,8 +137,8 @@ TEST_F(InterruptTest, MovingScansAreResumedToTheSameResult) {
   for (auto* arguments : {&resumed, &other})
     for (const auto& word : {std::string("--resume"), path("part.innergs")})
       arguments->push_back(word);
-  ASSERT_EQ(run(resumed).exitCode, 0) << contents("stderr.txt");
-  ASSERT_EQ(run(fit("whole.innergs")).exitCode, 0) << contents("stderr.txt");
+  expectSuccess(run(resumed));
+  expectSuccess(run(fit("whole.innergs")));
   EXPECT_TRUE(contents("resumed.innergs") == contents("whole.innergs"));
   other[5] = "21"; // rounds
   expectOneSentence(run(other), 1, "other settings");
@@ -175,8 +175,7 @@ TEST_F(InterruptTest, ExperimentsKeepTheTablesThatAreComplete) {
 #endif
 
 TEST_F(InterruptTest, ResumeOnAnotherScanStartsANewFitAndWarns) {
-  ASSERT_EQ(run(quickly({"reconstruct", path("scan.nii"), "-q", "--save-model", path("m.innergs")})).exitCode,
-            0);
+  expectSuccess(run(quickly({"reconstruct", path("scan.nii"), "-q", "--save-model", path("m.innergs")})));
   writeVolume(phantom({32, 32, 32}), path("other.nii"));
   const Outcome outcome = run(quickly(
       {"reconstruct", path("other.nii"), "-q", "--resume", path("m.innergs"), "-o", path("out/v.nii")}));

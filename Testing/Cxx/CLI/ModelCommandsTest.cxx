@@ -27,8 +27,7 @@ protected:
   Volume result(std::vector<std::string> arguments, const std::string& name) {
     for (const auto& word : {std::string("-o"), path(name)})
       arguments.push_back(word);
-    const Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    expectSuccess(run(arguments));
     return readVolume(path(name));
   }
   Volume truth_ = phantom();
@@ -108,10 +107,8 @@ TEST_F(ModelCommandsTest, ObliqueSlice) {
 }
 
 TEST_F(ModelCommandsTest, SliceAsPng) {
-  ASSERT_EQ(
-      run({"slice", path("m.innergs"), "--plane", "coronal", "--size", "50,40", "-o", path("out/s.png")})
-          .exitCode,
-      0);
+  expectSuccess(
+      run({"slice", path("m.innergs"), "--plane", "coronal", "--size", "50,40", "-o", path("out/s.png")}));
   const std::string png = contents("out/s.png");
   ASSERT_GT(png.size(), 100u);
   EXPECT_EQ(png.substr(1, 3), "PNG");
@@ -119,9 +116,8 @@ TEST_F(ModelCommandsTest, SliceAsPng) {
   EXPECT_EQ(png[23], 40);
   EXPECT_EQ(png[24], 8); // bits
   EXPECT_EQ(png[25], 0); // grey
-  const Outcome narrow = run({"slice", path("m.innergs"), "--plane", "coronal", "--window", "1", "--level",
-                              "1e6", "-o", path("out/dark.png")});
-  EXPECT_EQ(narrow.exitCode, 0) << narrow.err;
+  expectSuccess(run({"slice", path("m.innergs"), "--plane", "coronal", "--window", "1", "--level", "1e6",
+                     "-o", path("out/dark.png")}));
   EXPECT_LT(contents("out/dark.png").size(), png.size()); // all black
 }
 
@@ -134,14 +130,13 @@ TEST_F(ModelCommandsTest, InfoOnModelPlyAndImage) {
   EXPECT_EQ(model.at("domain").at("size"), (std::vector<int>{24, 28, 20}));
   EXPECT_EQ(nlohmann::json::parse(run({"info", path("m.ply"), "--json"}).out).at("gaussians"),
             model.at("gaussians"));
-  const Outcome plain = run({"resample", path("m.ply"), "--spacing", "2", "-o", path("out/lower.mha")});
-  EXPECT_EQ(plain.exitCode, 0) << plain.err;
+  expectSuccess(run({"resample", path("m.ply"), "--spacing", "2", "-o", path("out/lower.mha")}));
   std::filesystem::copy_file(path("m.ply"), path("M.PLY"));
   std::filesystem::copy_file(path("m.innergs"), path("M.INNERGS"));
   std::filesystem::copy_file(path("scan.nii"), path("SCAN.NII"));
   for (const char* upper : {"M.PLY", "M.INNERGS", "SCAN.NII"})
     EXPECT_EQ(run({"info", path(upper)}).exitCode, 0) << upper;
-  EXPECT_EQ(run({"resample", path("M.PLY"), "--spacing", "2", "-o", path("out/UPPER.MHA")}).exitCode, 0);
+  expectSuccess(run({"resample", path("M.PLY"), "--spacing", "2", "-o", path("out/UPPER.MHA")}));
   EXPECT_EQ(contents("out/UPPER.MHA"), contents("out/lower.mha"));
   const auto image = nlohmann::json::parse(run({"info", path("scan.nii"), "--json"}).out);
   EXPECT_FALSE(image.contains("slice_thickness_mm"));
@@ -164,15 +159,11 @@ TEST_F(ModelCommandsTest, SimulateThickAndSparse) {
       mean += truth_.voxels[n + plane * k] / 4;
     EXPECT_NEAR(thick.voxels[n + plane], mean, 0.01);
   }
-  EXPECT_EQ(run({"simulate", path("scan.nii"), "--keep-every", "5", "--axis", "coronal", "-o",
-                 path("out/sparse.nrrd")})
-                .exitCode,
-            0);
+  expectSuccess(run({"simulate", path("scan.nii"), "--keep-every", "5", "--axis", "coronal", "-o",
+                     path("out/sparse.nrrd")}));
   EXPECT_EQ(readStack(path("out/sparse.nrrd")).image.geometry.size[2], 6);
-  EXPECT_EQ(
-      run({"simulate", path("scan.nii"), "--thickness", "2", "--orthogonal", "2", "-o", path("out/o.nii.gz")})
-          .exitCode,
-      0);
+  expectSuccess(run(
+      {"simulate", path("scan.nii"), "--thickness", "2", "--orthogonal", "2", "-o", path("out/o.nii.gz")}));
   EXPECT_TRUE(exists("out/o-axial.nii.gz"));
   EXPECT_TRUE(exists("out/o-coronal.nii.gz"));
   EXPECT_FALSE(exists("out/o-sagittal.nii.gz"));
@@ -196,13 +187,12 @@ TEST_F(ModelCommandsTest, Evaluate) {
   }
   EXPECT_EQ(contents("out/p.png").substr(1, 3), "PNG");
   EXPECT_EQ(readVolume(path("out/v.nii")).geometry.size[2], 20);
-  EXPECT_EQ(run({"info", path("out/m.innergs")}).exitCode, 0);
+  expectSuccess(run({"info", path("out/m.innergs")}));
 }
 
 TEST_F(ModelCommandsTest, EvaluateBothProtocols) {
-  const Outcome outcome = run({"evaluate", path("scan.nii"), "--protocol", "both", "--withheld", "0.1",
-                               "--baselines-only", "--json", path("out/t.json")});
-  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  expectSuccess(run({"evaluate", path("scan.nii"), "--protocol", "both", "--withheld", "0.1",
+                     "--baselines-only", "--json", path("out/t.json")}));
   const auto reports = nlohmann::json::parse(contents("out/t.json"));
   ASSERT_EQ(reports.size(), 2u);
   EXPECT_EQ(reports[0].at("protocol"), "held-out");

@@ -25,8 +25,7 @@ protected:
     writeVolume(mask, path("mask.nii"));
     write("old.nii", "what was there before");
     write("old.json", "what was there before");
-    ASSERT_EQ(
-        run(quickly({"reconstruct", path("scan.nii"), "-q", "--save-model", path("m.innergs")})).exitCode, 0);
+    expectSuccess(run(quickly({"reconstruct", path("scan.nii"), "-q", "--save-model", path("m.innergs")})));
   }
 
   /// Every file in the test's folder with its bytes, except the runner's own.
@@ -154,12 +153,10 @@ TEST_F(OutputTest, OneFailureLeavesTheOtherOutputs) {
 #endif
 
 TEST_F(OutputTest, TypesThatFitAreWritten) {
-  const Outcome outcome = run({"resample", path("m.innergs"), "--type", "int16", "-o", path("out/v.nii")});
-  EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+  expectSuccess(run({"resample", path("m.innergs"), "--type", "int16", "-o", path("out/v.nii")}));
   // A plane through nearly uniform air, from a model with many values.
-  const Outcome corner = run({"slice", path("m.innergs"), "--plane", "axial", "--size", "2", "--type",
-                              "int16", "-o", path("out/s.nii")});
-  EXPECT_EQ(corner.exitCode, 0) << corner.err;
+  expectSuccess(run({"slice", path("m.innergs"), "--plane", "axial", "--size", "2", "--type", "int16", "-o",
+                     path("out/s.nii")}));
 }
 
 TEST_F(OutputTest, PlySaysInNumbersWhatItLeavesOut) {
@@ -183,9 +180,8 @@ TEST_F(OutputTest, ASliceShowsHowFarTheModelMayBeOff) {
     largest = std::max(largest, deviation.voxels[v]);
   }
   writeVolume(deviation, path("deviation.nii"));
-  const Outcome outcome = run({"slice", path("m.innergs"), "--normal", "1,2,3", "--size", "9",
-                               "--uncertainty", path("deviation.nii"), "-o", path("out/on.nii")});
-  EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+  expectSuccess(run({"slice", path("m.innergs"), "--normal", "1,2,3", "--size", "9", "--uncertainty",
+                     path("deviation.nii"), "-o", path("out/on.nii")}));
   const Volume on = readVolume(path("out/on.nii"));
   const Affine3 pixels = on.geometry.indexToWorld(), toIndex = inverse(map);
   int inside = 0;
@@ -213,8 +209,7 @@ TEST_F(OutputTest, PositionsInEitherFrame) {
   };
   const auto written = [&](std::vector<std::string> words, const std::string& name) {
     words.insert(words.end(), {"-q", "-o", path(name)});
-    const Outcome outcome = run(words);
-    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    expectSuccess(run(words));
     return contents(name);
   };
   const auto expectSame = [&](std::vector<std::string> lps, std::vector<std::string> ras) {

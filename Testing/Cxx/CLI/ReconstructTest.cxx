@@ -145,9 +145,8 @@ TEST_F(ReconstructTest, TakesTheSeriesOfADicomFolderThatIsChosen) {
                     "series 3");
   expectOneSentence(run(quickly({"reconstruct", scan("a.nii", phantom()), "--series", "1", "-o", output})), 1,
                     "series");
-  const Outcome chosen = run(quickly({"reconstruct", folder.string(), folder.string(), "--series", "2,1",
-                                      "--report", path("out/r.json"), "-o", output}));
-  EXPECT_EQ(chosen.exitCode, 0) << chosen.err;
+  expectSuccess(run(quickly({"reconstruct", folder.string(), folder.string(), "--series", "2,1", "--report",
+                             path("out/r.json"), "-o", output})));
   const auto inputs = nlohmann::json::parse(contents("out/r.json")).at("inputs");
   EXPECT_EQ(inputs[0].at("size")[2], 6);
   EXPECT_EQ(inputs[1].at("size")[2], 4);
@@ -178,7 +177,7 @@ TEST_F(ReconstructTest, GoesOnWithFewerThreadsWhereTheyCannotBeStarted) {
                                "6", "--threads", "4096", "-o", path("out/v.mha")},
                               "ulimit -v 2000000; timeout 120 ");
   EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
-  ASSERT_EQ(run(quickly({"reconstruct", small, "-o", path("out/two.mha")})).exitCode, 0);
+  expectSuccess(run(quickly({"reconstruct", small, "-o", path("out/two.mha")})));
   EXPECT_EQ(readVolume(path("out/v.mha")).voxels, readVolume(path("out/two.mha")).voxels);
 }
 #endif
@@ -235,9 +234,8 @@ TEST_F(ReconstructTest, IntegerOutputIsRoundedAndClamped) {
 TEST_F(ReconstructTest, FusesOrthogonalScans) {
   const Volume truth = phantom({32, 32, 32});
   const std::string image = scan("truth.nii.gz", truth);
-  ASSERT_EQ(run({"simulate", image, "-q", "--thickness", "4", "--orthogonal", "3", "-o", path("scan.nii.gz")})
-                .exitCode,
-            0);
+  expectSuccess(
+      run({"simulate", image, "-q", "--thickness", "4", "--orthogonal", "3", "-o", path("scan.nii.gz")}));
   const auto psnr = [&](const std::vector<std::string>& scans) {
     std::vector<std::string> arguments = scans;
     for (const char* word : {"--gaussians", "4000", "--iterations", "40", "--threads", "2", "--reference"})
@@ -298,9 +296,8 @@ TEST_F(ReconstructTest, NothingIsInventedOutsideALabelMap) {
       reconstruct(quickly({scan("scan.nii", phantom()), "--mask", scan("labels.nii", labels), "--fill", "-55",
                            "--save-model", path("out/m.innergs"), "--ply", path("out/m.ply")}));
   EXPECT_EQ(volume.geometry.size, (std::array<std::int64_t, 3>{9, 13, 10})) << "the labels' box and a voxel";
-  const Outcome resampled = run({"resample", path("out/m.innergs"), "--reference", path("scan.nii"), "-o",
-                                 path("out/whole.nii"), "-q"});
-  ASSERT_EQ(resampled.exitCode, 0) << resampled.err;
+  expectSuccess(run({"resample", path("out/m.innergs"), "--reference", path("scan.nii"), "-o",
+                     path("out/whole.nii"), "-q"}));
   const Volume whole = readVolume(path("out/whole.nii"));
   ASSERT_EQ(whole.geometry.size, n);
   const ValueRange range = *readModel(path("out/m.innergs")).field.range;
@@ -313,16 +310,13 @@ TEST_F(ReconstructTest, NothingIsInventedOutsideALabelMap) {
     else
       ASSERT_EQ(whole.voxels[v], -55) << v;
   }
-  const Outcome sliced =
-      run({"slice", path("out/m.innergs"), "--normal", "1,2,3", "-o", path("out/s.nii"), "-q"});
-  ASSERT_EQ(sliced.exitCode, 0) << sliced.err;
+  expectSuccess(run({"slice", path("out/m.innergs"), "--normal", "1,2,3", "-o", path("out/s.nii"), "-q"}));
   const std::vector<float> oblique = readVolume(path("out/s.nii")).voxels;
   EXPECT_GT(std::count(oblique.begin(), oblique.end(), -55.f), 10);
   for (const float v : oblique)
     ASSERT_TRUE(v == -55 || (v >= range.low && v <= range.high));
-  const Outcome refilled = run({"slice", path("out/m.innergs"), "--normal", "1,2,3", "--fill", "-1024", "-o",
-                                path("out/f.nii"), "-q"});
-  ASSERT_EQ(refilled.exitCode, 0) << refilled.err;
+  expectSuccess(run({"slice", path("out/m.innergs"), "--normal", "1,2,3", "--fill", "-1024", "-o",
+                     path("out/f.nii"), "-q"}));
   const std::vector<float> other = readVolume(path("out/f.nii")).voxels;
   for (std::size_t v = 0; v < other.size(); ++v)
     ASSERT_EQ(other[v], oblique[v] == -55 ? -1024 : oblique[v]) << v;
@@ -401,10 +395,8 @@ TEST_F(ReconstructTest, HeldOutFractionsAreRefusedBeforeScansAreRead) {
 TEST_F(ReconstructTest, SameSeedSameBytesOnAnyNumberOfThreads) {
   const std::string image = scan("scan.nii", phantom());
   const auto model = [&](const std::string& name, const std::string& threads) {
-    EXPECT_EQ(run({"reconstruct", image, "-q", "--gaussians", "500", "--iterations", "8", "--threads",
-                   threads, "--save-model", path(name)})
-                  .exitCode,
-              0);
+    expectSuccess(run({"reconstruct", image, "-q", "--gaussians", "500", "--iterations", "8", "--threads",
+                       threads, "--save-model", path(name)}));
     return contents(name);
   };
   EXPECT_EQ(model("one.innergs", "1"), model("three.innergs", "3"));

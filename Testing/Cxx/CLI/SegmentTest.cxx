@@ -35,8 +35,7 @@ protected:
                                                                                                    : 0.f;
     writeVolume(labels_, path("labels.nii"), OutputType::UInt8);
     write("names.json", R"({"1": "liver", "2": "kidney_left", "3": "kidney_right"})");
-    ASSERT_EQ(
-        run(quickly({"reconstruct", path("scan.nii"), "-q", "--save-model", path("m.innergs")})).exitCode, 0);
+    expectSuccess(run(quickly({"reconstruct", path("scan.nii"), "-q", "--save-model", path("m.innergs")})));
   }
   Outcome segment(std::vector<std::string> arguments, bool learn = true) {
     std::vector<std::string> all{"segment", path(learn ? "m.innergs" : "named.innergs")};
@@ -64,20 +63,15 @@ TEST_F(SegmentTest, LearnsAnswersAndKeepsWhatItLearned) {
   EXPECT_LT(wrong, 0.1 * static_cast<double>(found.voxels.size()));
 
   // The same from the saved model, on another grid; without a side, the query returns both.
-  ASSERT_EQ(
-      segment({"--query", "kidney", "--spacing", "2", "-o", path("out/coarse.nii"), "-q"}, false).exitCode,
-      0);
+  expectSuccess(segment({"--query", "kidney", "--spacing", "2", "-o", path("out/coarse.nii"), "-q"}, false));
   const Volume coarse = readVolume(path("out/coarse.nii"));
   EXPECT_TRUE(sameLattice(coarse.geometry, withSpacing(labels_.geometry, {2, 2, 2})));
   EXPECT_EQ(*std::max_element(coarse.voxels.begin(), coarse.voxels.end()), 2);
 
-  ASSERT_EQ(segment({"--query", "liver", "--score", path("out/score.nii"), "--threshold", "0.9", "--largest",
-                     "--minimum-size", "10", "-o", path("out/sure.nii"), "-q"},
-                    false)
-                .exitCode,
-            0);
-  ASSERT_EQ(
-      segment({"--query", "liver", "--smooth", "3", "-o", path("out/smooth.nii"), "-q"}, false).exitCode, 0);
+  expectSuccess(segment({"--query", "liver", "--score", path("out/score.nii"), "--threshold", "0.9",
+                         "--largest", "--minimum-size", "10", "-o", path("out/sure.nii"), "-q"},
+                        false));
+  expectSuccess(segment({"--query", "liver", "--smooth", "3", "-o", path("out/smooth.nii"), "-q"}, false));
   const Volume score = readVolume(path("out/score.nii")), sure = readVolume(path("out/sure.nii")),
                smooth = readVolume(path("out/smooth.nii"));
   const auto inside = [](const Volume& v) { return std::count(v.voxels.begin(), v.voxels.end(), 1.f); };
@@ -90,10 +84,8 @@ TEST_F(SegmentTest, LearnsAnswersAndKeepsWhatItLearned) {
 
 TEST_F(SegmentTest, LabelsEveryFrameOfAMovingScan) {
   writeTimeSeries(movingBlob(6), path("in.nii.gz"));
-  ASSERT_EQ(run({"interpolate", path("in.nii.gz"), "--save-model", path("moving.innergs"), "--kind", "motion",
-                 "-q"})
-                .exitCode,
-            0);
+  expectSuccess(run(
+      {"interpolate", path("in.nii.gz"), "--save-model", path("moving.innergs"), "--kind", "motion", "-q"}));
   const TimeSeries truth = movingBlobLabels(6);
   writeVolume({truth.geometry, truth.frames[1]}, path("frame1.nii"), OutputType::UInt8);
   write("blob.json", R"({"1": "liver"})");
@@ -114,16 +106,12 @@ TEST_F(SegmentTest, LabelsEveryFrameOfAMovingScan) {
   }
 
   // One time, from the saved model.
-  ASSERT_EQ(run({"segment", path("labelled.innergs"), "--query", "liver", "--time", "1.5", "-o",
-                 path("out/one.seg.nrrd"), "--score", path("out/score.nii"), "-q"})
-                .exitCode,
-            0);
+  expectSuccess(run({"segment", path("labelled.innergs"), "--query", "liver", "--time", "1.5", "-o",
+                     path("out/one.seg.nrrd"), "--score", path("out/score.nii"), "-q"}));
   EXPECT_EQ(readVolume(path("out/one.seg.nrrd")).voxels, found.frames[3]);
 
   // Writing the model again keeps its segments and what it was made from.
-  ASSERT_EQ(
-      run({"interpolate", path("labelled.innergs"), "--save-model", path("again.innergs"), "-q"}).exitCode,
-      0);
+  expectSuccess(run({"interpolate", path("labelled.innergs"), "--save-model", path("again.innergs"), "-q"}));
   EXPECT_EQ(contents("again.innergs"), contents("labelled.innergs"));
 
   expectOneSentence(
@@ -200,8 +188,7 @@ TEST_F(SegmentTest, LearnsFromAFeatureVolumeAndItsTexts) {
                                        path("liver.nii"),
                                        "--save-model",
                                        path("named.innergs")};
-  const Outcome outcome = run(learn);
-  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  expectSuccess(run(learn));
   const auto wrong = [&](const Volume& found, float label) {
     std::int64_t count = 0;
     for (std::size_t v = 0; v < found.voxels.size(); ++v)

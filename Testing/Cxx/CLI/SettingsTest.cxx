@@ -47,8 +47,7 @@ TEST_F(SettingsTest, EveryOneIsInTheReport) {
   for (const std::string& name : asked)
     for (const std::string& word : optionOf(settingNamed(name), otherText(settingNamed(name))))
       arguments.push_back(word);
-  const Outcome outcome = run(arguments);
-  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  expectSuccess(run(arguments));
   const auto settings = nlohmann::json::parse(contents("r.json")).at("settings");
   for (const Setting& row : settingsTable())
     EXPECT_EQ(settings.contains(row.name), row.group != Setting::Group::Moving) << row.name;

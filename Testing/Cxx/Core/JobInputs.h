@@ -15,39 +15,40 @@ inline GridGeometry smallGrid() {
   return grid(24, 22, 20, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3));
 }
 
+inline ReconstructionInput inputOf(std::vector<Stack> stacks) {
+  ReconstructionInput input;
+  input.stacks = std::move(stacks);
+  return input;
+}
+
 /// One isotropic scan of thin slices.
 inline ReconstructionInput isotropicInput() {
-  ReconstructionInput input;
-  Stack stack;
-  stack.image = phantom(smallGrid());
-  stack.profile = SliceProfile::Point;
-  input.stacks.push_back(std::move(stack));
-  return input;
+  return inputOf({pointStack(phantom(smallGrid()))});
 }
 
 /// One scan of thick slices.
 inline ReconstructionInput anisotropicInput() {
-  ReconstructionInput input;
-  input.stacks.push_back(simulateThickStack(phantom(smallGrid()), 2, 4));
-  return input;
+  return inputOf({simulateThickStack(phantom(smallGrid()), 2, 4)});
 }
 
 /// Two orthogonal scans of thick slices.
 inline ReconstructionInput orthogonalInput() {
-  ReconstructionInput input;
   const Volume truth = phantom(smallGrid());
-  input.stacks.push_back(simulateThickStack(truth, 2, 4));
-  input.stacks.push_back(simulateThickStack(truth, 0, 4));
-  return input;
+  return inputOf({simulateThickStack(truth, 2, 4), simulateThickStack(truth, 0, 4)});
+}
+
+inline Settings fastSettings() {
+  Settings settings;
+  settings.preset = Preset::Fast;
+  settings.threads = 2;
+  settings.device = "cpu"; // bit-identical on any machine
+  return settings;
 }
 
 inline Settings quickSettings(int iterations = 10) {
-  Settings settings;
-  settings.preset = Preset::Fast;
+  Settings settings = fastSettings();
   settings.iterations = iterations;
   settings.gaussians = 300;
-  settings.threads = 2;
-  settings.device = "cpu"; // bit-identical on any machine
   return settings;
 }
 
@@ -60,13 +61,10 @@ inline double psnrOfAFitWithout(ReconstructionInput input, const std::vector<std
                                 const Settings& settings) {
   input.heldOutFraction = 0;
   Stack& stack = input.stacks.front();
-  const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
   const std::vector<std::uint8_t> inside = !input.masks.empty()
                                                ? resampleMask(input.masks.front(), stack.image.geometry)
                                                : std::vector<std::uint8_t>(stack.image.voxels.size(), 1);
-  stack.observed.assign(stack.image.voxels.size(), 1);
-  for (const std::int64_t k : slices)
-    std::fill_n(stack.observed.begin() + k * plane, plane, std::uint8_t{0});
+  withhold(stack, slices);
   const auto result = reconstruct(input, settings);
   const GaussianField& field = result.model->field;
   RenderOptions options;

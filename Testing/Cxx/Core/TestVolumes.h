@@ -1,8 +1,10 @@
 #pragma once
+#include "Core/Image/Stack.h"
 #include "Core/Image/Volume.h"
 
 #include <cstdint>
 #include <random>
+#include <utility>
 
 namespace innergs::testing {
 
@@ -44,6 +46,39 @@ Volume volumeInSpace(const GridGeometry& geometry, Function value) {
   return volumeOf(geometry, [&, map = geometry.indexToWorld()](auto i, auto j, auto k) {
     return value(map({double(i), double(j), double(k)}));
   });
+}
+
+/// The LPS positions of all voxels.
+inline std::vector<Vec3> pointsOf(const GridGeometry& geometry) {
+  std::vector<Vec3> points;
+  volumeInSpace(geometry, [&](const Vec3& x) {
+    points.push_back(x);
+    return 0;
+  });
+  return points;
+}
+
+/// The voxels whose LPS position is inside.
+template <typename Predicate>
+Mask maskInSpace(const GridGeometry& geometry, Predicate inside) {
+  const std::vector<float> voxels = volumeInSpace(geometry, inside).voxels;
+  return {geometry, {voxels.begin(), voxels.end()}};
+}
+
+/// A scan that shows points.
+inline Stack pointStack(Volume image) {
+  Stack stack;
+  stack.image = std::move(image);
+  stack.profile = SliceProfile::Point;
+  return stack;
+}
+
+/// Marks slices as not observed, and all others as observed.
+inline void withhold(Stack& stack, const std::vector<std::int64_t>& slices) {
+  const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
+  stack.observed.assign(stack.image.voxels.size(), 1);
+  for (const std::int64_t k : slices)
+    std::fill_n(stack.observed.begin() + k * plane, plane, std::uint8_t{0});
 }
 
 inline Volume randomVolume(const GridGeometry& geometry, double low, double high, std::uint64_t seed = 1) {

@@ -1,4 +1,5 @@
 #include "FitScene.h"
+#include "ThrownError.h"
 
 #include "Core/Fit/CpuFitDevice.h"
 #include "Core/Render/Kernels.h"
@@ -118,12 +119,7 @@ TEST_P(Fits, StopAndLeaveTheStateAsItWas) {
   Adam adamBefore(0), adamAfter(0);
   fit.download(&before, &adamBefore, nullptr);
   stop.request_stop();
-  try {
-    fit.iterate(optionsOf(scene, 2));
-    FAIL() << "not stopped";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::Cancelled);
-  }
+  EXPECT_EQ(test::codeOf([&] { fit.iterate(optionsOf(scene, 2)); }), ErrorCode::Cancelled);
   fit.download(&after, &adamAfter, nullptr);
   EXPECT_TRUE(same(before, after));
   EXPECT_EQ(adamBefore.moment2, adamAfter.moment2);
@@ -173,12 +169,8 @@ TEST(FitOnTheHostExecutor, CountsTheMemoryThatDensificationTakes) {
 TEST(FitOnTheHostExecutor, SaysWhenItCannotFit) {
   const Scene scene(kFitCases[0]);
   const cuda::FitMemory memory = cuda::fitMemory(scene.request());
-  try {
-    cuda::Fit fit(cuda::makeHostExecutor(memory.least / 2), scene.request());
-    FAIL() << "made";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::Memory);
-  }
+  EXPECT_EQ(test::codeOf([&] { cuda::Fit fit(cuda::makeHostExecutor(memory.least / 2), scene.request()); }),
+            ErrorCode::Memory);
 }
 
 // An allocation that fails at any point of an iteration: the iteration succeeds with smaller slabs, or throws

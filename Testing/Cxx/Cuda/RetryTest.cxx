@@ -1,5 +1,6 @@
 // Work that fails for lack of memory and is repeated with less.
 #include "FitScene.h"
+#include "ThrownError.h"
 
 #include <functional>
 
@@ -106,12 +107,7 @@ TEST_P(Retry, LeavesTheFitAsItWasWhereTheSecondTryFailsToo) {
     SCOPED_TRACE(allocation);
     StartedFit started(scene);
     cuda::failAllocations(*started.memory, allocation, 1 << 30);
-    try {
-      started.fit->densify();
-      ADD_FAILURE() << "done without memory";
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ErrorCode::Memory);
-    }
+    EXPECT_EQ(test::codeOf([&] { started.fit->densify(); }), ErrorCode::Memory);
     cuda::failAllocations(*started.memory, 0, 0);
     State(*started.fit).expectAs(start);
     started.fit->densify();
@@ -171,12 +167,7 @@ TEST(RetryOnADevice, PiecesGivenBackMakeRoomForOne) {
   std::vector<void*> pieces;
   for (int i = 0; i < 90; ++i)
     pieces.push_back(executor->allocate(piece));
-  try {
-    executor->allocate(free);
-    FAIL() << "more memory than there is";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::Memory);
-  }
+  EXPECT_EQ(test::codeOf([&] { executor->allocate(free); }), ErrorCode::Memory);
   for (void* memory : pieces)
     executor->release(memory);
   EXPECT_GT(executor->freeBytes(), free / 100 * 95);

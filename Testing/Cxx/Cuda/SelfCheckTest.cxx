@@ -1,5 +1,6 @@
 #include "JobInputs.h"
 #include "TextContains.h"
+#include "ThrownError.h"
 
 #include "Core/Device/DevicePlugin.h"
 #include "Core/Device/Devices.h"
@@ -102,14 +103,10 @@ TEST_F(SelfCheck, CanBeStopped) {
 TEST_F(SelfCheck, RefusesADeviceThatWasAskedForWhenItIsUsed) {
   Settings settings = quickSettings(4);
   settings.device = "cuda:1";
-  try {
-    reconstruct(isotropicInput(), settings);
-    FAIL() << "taken";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
-    EXPECT_TRUE(has(error.what(), "Loses lanes (cuda:1) is not used: in its self-check, its loss"))
-        << error.what();
-  }
+  const Error error = test::errorOf([&] { reconstruct(isotropicInput(), settings); });
+  EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
+  EXPECT_TRUE(has(error.what(), "Loses lanes (cuda:1) is not used: in its self-check, its loss"))
+      << error.what();
 }
 
 TEST_F(SelfCheck, IsMadeOnceWhereItCouldBeMade) {
@@ -145,14 +142,10 @@ TEST_F(SelfCheck, RefusesDevicesThatComputeWronglyAndSaysSo) {
       << choice.use.reason;
   EXPECT_TRUE(any.makeField(field));
   EXPECT_EQ(any.use.id, "cuda:3");
-  EXPECT_EQ(DeviceChoice("cuda:3").use.reason, "On Right (cuda:3), as asked.");
-  try {
-    DeviceChoice insists("cuda:1");
-    FAIL() << "taken";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
-    EXPECT_EQ(error.what(), list.devices[1].refused + " Use the CPU.");
-  }
+  EXPECT_TRUE(has(DeviceChoice("cuda:3").use.reason, "Right (cuda:3), as asked"));
+  const Error error = test::errorOf([] { DeviceChoice insists("cuda:1"); });
+  EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
+  EXPECT_EQ(error.what(), list.devices[1].refused + " Use the CPU.");
 }
 
 TEST_F(SelfCheck, LeadsToTheCpuWhereNoDeviceIsRight) {

@@ -1,10 +1,10 @@
-#include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Base/SystemMemory.h"
 #include "Evaluation/ExperimentAblation.h"
 #include "Evaluation/ExperimentStatic.h"
 
 #include "../Core/TestVolumes.h"
+#include "../Core/ThrownError.h"
 
 #include <algorithm>
 #include <gtest/gtest.h>
@@ -149,10 +149,5 @@ TEST(ExperimentFits, BeyondTheMemoryAreRefused) {
   setup.gaussians = 1'000'000'000;
   ExperimentFits fits(setup);
   for (const char* name : {"selection", "blending"})
-    try {
-      runAblation(fits, name);
-      ADD_FAILURE() << name;
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ErrorCode::Memory) << error.what();
-    }
+    EXPECT_EQ(test::codeOf([&] { runAblation(fits, name); }), ErrorCode::Memory) << name;
 }

@@ -1,7 +1,7 @@
 #include "Evaluation/ExperimentSelection.h"
-#include "Core/Base/Error.h"
 
 #include "../Core/RandomFields.h"
+#include "../Core/ThrownError.h"
 
 #include <gtest/gtest.h>
 #include <limits>
@@ -206,10 +206,5 @@ TEST(ExperimentSelection, RefusesSimulationsOfNothing) {
 TEST(ExperimentSelection, Stops) {
   std::stop_source stop;
   stop.request_stop();
-  try {
-    simulateSelections({}, "", stop.get_token());
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::Cancelled);
-  }
+  EXPECT_EQ(test::codeOf([&] { simulateSelections({}, "", stop.get_token()); }), ErrorCode::Cancelled);
 }

@@ -2,6 +2,7 @@
 #include "Evaluation/HeldOutProtocol.h"
 
 #include "../Core/JobInputs.h"
+#include "../Core/ThrownError.h"
 
 using namespace innergs;
 using namespace innergs::testing;
@@ -117,14 +118,10 @@ TEST(JudgedReconstruction, WhatCannotBeJudgedIsDeliveredWithTheReason) {
   ASSERT_EQ(run.result.reconstruction.warnings.size(), 1u);
   EXPECT_NE(run.result.reconstruction.warnings[0].find("too few"), std::string::npos);
   EXPECT_EQ(run.states.back().phase, Phase::Done);
-  for (const int wrong : {1, 65, -2}) {
-    try {
-      JudgedReconstruction(input, quickSettings(2), wrong).run();
-      ADD_FAILURE() << wrong;
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
-    }
-  }
+  for (const int wrong : {1, 65, -2})
+    EXPECT_EQ(test::codeOf([&] { JudgedReconstruction(input, quickSettings(2), wrong).run(); }),
+              ErrorCode::InvalidArgument)
+        << wrong;
 }
 
 TEST(JudgedReconstruction, JudgesInBothWaysAtOnce) {

@@ -1,9 +1,9 @@
 #include "Evaluation/ScansProtocol.h"
-#include "Core/Base/Error.h"
 #include "Evaluation/Report.h"
 #include "Evaluation/SimulatedStacks.h"
 
 #include "../Core/Alignment/HeadPhantom.h"
+#include "../Core/ThrownError.h"
 
 #include <gtest/gtest.h>
 
@@ -25,15 +25,6 @@ EvaluationOptions quick() {
   options.settings.device = "cpu";
   options.withheldFraction = 0.2;
   return options;
-}
-
-ErrorCode refusal(const std::vector<Stack>& scans, const EvaluationOptions& options) {
-  try {
-    evaluateScans(scans, {}, options);
-  } catch (const Error& error) {
-    return error.code();
-  }
-  return ErrorCode::Internal;
 }
 
 TEST(ScansProtocol, PredictsWithheldSlicesBetterThanTheAverage) {
@@ -76,9 +67,9 @@ TEST(ScansProtocol, RefusesWhatCannotBe) {
   std::vector<Stack> scans = movingScans(24);
   EvaluationOptions most = quick();
   most.withheldFraction = 0.5;
-  EXPECT_EQ(refusal(scans, most), ErrorCode::InvalidArgument);
+  EXPECT_EQ(test::codeOf([&] { evaluateScans(scans, {}, most); }), ErrorCode::InvalidArgument);
   scans.resize(1);
-  EXPECT_EQ(refusal(scans, quick()), ErrorCode::InvalidArgument);
+  EXPECT_EQ(test::codeOf([&] { evaluateScans(scans, {}, quick()); }), ErrorCode::InvalidArgument);
 }
 
 } // namespace

@@ -1,11 +1,11 @@
 #include "Evaluation/StacksProtocol.h"
 #include "Core/Alignment/Rigid.h"
 #include "Core/Alignment/StackAlignment.h"
-#include "Core/Base/Error.h"
 #include "Core/Image/Simulate.h"
 #include "Evaluation/Report.h"
 
 #include "../Core/Alignment/HeadPhantom.h"
+#include "../Core/ThrownError.h"
 
 #include <gtest/gtest.h>
 
@@ -88,12 +88,7 @@ TEST(SimulatedStacks, RefuseWhatCannotBe) {
   const auto refused = [&](auto change) {
     StacksCase c = smallCase();
     change(c);
-    try {
-      simulateStacks(head, c, pool);
-    } catch (const Error& error) {
-      return error.code() == ErrorCode::InvalidArgument;
-    }
-    return false;
+    return test::codeOf([&] { simulateStacks(head, c, pool); }) == ErrorCode::InvalidArgument;
   };
   EXPECT_TRUE(refused([](StacksCase& c) { c.stacks = 4; }));
   EXPECT_TRUE(refused([](StacksCase& c) { c.motion = -1; }));

@@ -13,17 +13,6 @@
 using namespace innergs;
 using namespace innergs::testing;
 
-namespace {
-
-Stack thinStack(Volume image) {
-  Stack stack;
-  stack.image = std::move(image);
-  stack.profile = SliceProfile::Point;
-  return stack;
-}
-
-} // namespace
-
 // Two plateaus n wide along an axis: the minimiser moves each towards the other by λ/n.
 TEST(TotalVariation, DenoisesAStepAsTheClosedFormSays) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -35,7 +24,7 @@ TEST(TotalVariation, DenoisesAStepAsTheClosedFormSays) {
     TotalVariationSettings settings;
     settings.weight = 0.6;
     settings.iterations = 2000;
-    const Volume found = totalVariation(std::vector{thinStack(step)}, step.geometry, settings);
+    const Volume found = totalVariation(std::vector{pointStack(step)}, step.geometry, settings);
     for (std::size_t v = 0; v < found.voxels.size(); ++v)
       ASSERT_NEAR(found.voxels[v], step.voxels[v] == 100 ? 120 : 280, 0.5) << axis << " " << v;
   }
@@ -65,7 +54,7 @@ TEST(TotalVariation, SeveralStacksAndUnobservedVoxels) {
   stacks.push_back(simulateThickStack(truth, 0, 4));
   EXPECT_GT(psnr(), one + 1);
 
-  Stack holes = thinStack(truth);
+  Stack holes = pointStack(truth);
   holes.observed.assign(truth.voxels.size(), 1);
   for (std::size_t v = 0; v < holes.observed.size(); v += 5) {
     holes.observed[v] = 0;

@@ -1,6 +1,6 @@
 #include "IO/N4Correction.h"
 
-#include "Core/Base/Error.h"
+#include "../Core/ThrownError.h"
 #include "Core/Job/ReconstructionJob.h"
 
 #include <gtest/gtest.h>
@@ -100,12 +100,7 @@ TEST(N4Correction, Stops) {
   Shaded s = shadedBall(0.3);
   std::stop_source stop;
   stop.request_stop();
-  try {
-    correctByN4(s.stack, false, stop.get_token());
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::Cancelled);
-  }
+  EXPECT_EQ(test::codeOf([&] { correctByN4(s.stack, false, stop.get_token()); }), ErrorCode::Cancelled);
 }
 
 TEST(N4Correction, TakesPartInAReconstruction) {
@@ -119,12 +114,8 @@ TEST(N4Correction, TakesPartInAReconstruction) {
   input.stacks = {s.stack};
   input.outputGrid = s.stack.image.geometry;
   input.heldOutFraction = 0.2;
-  try {
-    ReconstructionJob(input, settings).run();
-    FAIL() << "there is no N4";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
-  }
+  EXPECT_EQ(test::codeOf([&] { ReconstructionJob(input, settings).run(); }), ErrorCode::InvalidArgument)
+      << "there is no N4";
   input.n4 = correctByN4;
   const ReconstructionResult result = ReconstructionJob(input, settings).run();
   ASSERT_FALSE(result.warnings.empty());

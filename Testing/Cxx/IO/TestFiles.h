@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Base/Error.h"
+#include "../Core/ThrownError.h"
 #include "Core/Image/Volume.h"
 
 #include <gtest/gtest.h>
@@ -61,25 +61,6 @@ inline std::filesystem::path dataFile(const std::string& name) {
 #define INNERGS_NEED(name)                                                                                   \
   if (!std::filesystem::exists(innergs::test::dataFile(name)))                                               \
   GTEST_SKIP() << (name) << " is not in " INNERGS_TEST_DATA
-
-/// The error thrown by `work`; its message must be one line that ends with a full stop.
-template <typename Work>
-Error errorOf(Work&& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    const std::string sentence = error.what();
-    EXPECT_EQ(sentence.find('\n'), std::string::npos) << sentence;
-    EXPECT_EQ(sentence.empty() ? ' ' : sentence.back(), '.') << sentence;
-    return error;
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return {ErrorCode::Internal, "nothing was thrown."};
-}
-
-inline bool contains(const Error& error, const std::string& text) {
-  return std::string(error.what()).find(text) != std::string::npos;
-}
 
 /// The bytes of a NIfTI-1 header (.nii, uint8, 1 mm, identity in RAS) with fields to change.
 class NiftiBytes {

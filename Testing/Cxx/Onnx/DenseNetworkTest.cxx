@@ -1,5 +1,5 @@
 #include "Onnx/DenseNetwork.h"
-#include "Core/Base/Error.h"
+#include "../Core/ThrownError.h"
 #include "TestNetworks.h"
 
 #include <cmath>
@@ -100,13 +100,9 @@ TEST(DenseNetwork, RefusesNetworksOfAnotherKind) {
   INNERGS_NEEDS_OPENVINO();
   const TestFolder folder;
   const auto refused = [&](const std::string& why) {
-    try {
-      applyNetwork(folder / "other.onnx", ramp({8, 8, 8}));
-      ADD_FAILURE() << why;
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
-      EXPECT_NE(std::string(error.what()).find(why), std::string::npos) << error.what();
-    }
+    const Error error = test::errorOf([&] { applyNetwork(folder / "other.onnx", ramp({8, 8, 8})); });
+    EXPECT_EQ(error.code(), ErrorCode::InvalidArgument) << why;
+    EXPECT_TRUE(test::contains(error, why)) << error.what();
   };
   NetworkWriter two;
   two.input("a", NetworkWriter::Float, {1, 1, 8, 8});
@@ -137,12 +133,9 @@ TEST(DenseNetwork, StopsBetweenWindows) {
   DenseNetworkOptions options;
   options.stop = stop.get_token();
   options.progress = [&](double) { stop.request_stop(); };
-  try {
-    applyNetwork(folder / "pointwise.onnx", ramp({32, 8, 8}), options);
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::Cancelled);
-  }
+  const Volume image = ramp({32, 8, 8});
+  EXPECT_EQ(test::codeOf([&] { applyNetwork(folder / "pointwise.onnx", image, options); }),
+            ErrorCode::Cancelled);
 }
 
 } // namespace

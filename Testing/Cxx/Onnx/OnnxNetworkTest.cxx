@@ -1,27 +1,14 @@
 #include "Onnx/OnnxNetwork.h"
-#include "Core/Base/Error.h"
+#include "../Core/ThrownError.h"
 #include "TestNetworks.h"
 
 #include <fstream>
-#include <functional>
 
 namespace innergs {
 namespace {
 
 using testing::NetworkWriter;
 using testing::TestFolder;
-
-ErrorCode codeOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    const std::string sentence = error.what();
-    EXPECT_EQ(sentence.find('\n'), std::string::npos) << sentence;
-    return error.code();
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return ErrorCode::Internal;
-}
 
 TEST(OpenVino, SaysWhatIsMissing) {
   const OpenVino found = openVino();
@@ -30,7 +17,7 @@ TEST(OpenVino, SaysWhatIsMissing) {
 }
 
 TEST(OnnxNetwork, MissingFileIsOneSentence) {
-  EXPECT_EQ(codeOf([] { OnnxNetwork("nowhere.onnx"); }), ErrorCode::FileNotFound);
+  EXPECT_EQ(test::codeOf([] { OnnxNetwork("nowhere.onnx"); }), ErrorCode::FileNotFound);
 }
 
 TEST(OnnxNetwork, KnowsItsPortsAndRuns) {
@@ -52,28 +39,24 @@ TEST(OnnxNetwork, KnowsItsPortsAndRuns) {
   const NetworkTensor out = network.run({{{2, 3}, std::vector<std::int64_t>{1, 2, 3, 4, 5, 6}}}, 0, 1);
   EXPECT_EQ(out.shape, (std::vector<std::int64_t>{2, 3}));
   EXPECT_EQ(std::get<std::vector<float>>(out.values), (std::vector<float>{0.5f, 1, 1.5f, 2, 2.5f, 3}));
-  EXPECT_EQ(codeOf([&] {
-              network.run({{{2, 2}, std::vector<std::int64_t>{1, 2, 3, 4}}});
-            }),
-            ErrorCode::InvalidArgument);
-  EXPECT_EQ(codeOf([&] {
-              network.run({{{2, 3}, std::vector<std::int64_t>{1}}});
-            }),
-            ErrorCode::InvalidArgument);
-  EXPECT_EQ(codeOf([&] { network.run({}); }), ErrorCode::InvalidArgument);
+  const std::vector<NetworkTensor> narrow{{{2, 2}, std::vector<std::int64_t>{1, 2, 3, 4}}},
+      incomplete{{{2, 3}, std::vector<std::int64_t>{1}}};
+  EXPECT_EQ(test::codeOf([&] { network.run(narrow); }), ErrorCode::InvalidArgument);
+  EXPECT_EQ(test::codeOf([&] { network.run(incomplete); }), ErrorCode::InvalidArgument);
+  EXPECT_EQ(test::codeOf([&] { network.run({}); }), ErrorCode::InvalidArgument);
 }
 
 TEST(OnnxNetwork, ForeignFileIsOneSentence) {
   INNERGS_NEEDS_OPENVINO();
   const TestFolder folder;
   std::ofstream(folder / "foreign.onnx") << "no network";
-  EXPECT_EQ(codeOf([&] { OnnxNetwork(folder / "foreign.onnx"); }), ErrorCode::FileFormat);
+  EXPECT_EQ(test::codeOf([&] { OnnxNetwork(folder / "foreign.onnx"); }), ErrorCode::FileFormat);
   NetworkWriter unknown;
   unknown.input("x", NetworkWriter::Float, {1});
   unknown.node("NoSuchOperation", {"x"}, "y");
   unknown.output("y", {1});
   unknown.write(folder / "unknown.onnx");
-  EXPECT_EQ(codeOf([&] { OnnxNetwork(folder / "unknown.onnx"); }), ErrorCode::FileFormat);
+  EXPECT_EQ(test::codeOf([&] { OnnxNetwork(folder / "unknown.onnx"); }), ErrorCode::FileFormat);
 }
 
 } // namespace

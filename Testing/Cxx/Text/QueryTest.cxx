@@ -1,5 +1,5 @@
 #include "Text/Query.h"
-#include "Core/Base/Error.h"
+#include "ThrownError.h"
 
 #include <gtest/gtest.h>
 
@@ -91,12 +91,7 @@ TEST(Query, NoTypingErrorTurnsASide) {
 TEST(Query, RefusesWhatIsNoQuery) {
   const Lexicon& lexicon = Lexicon::standard();
   for (const std::string& text : {std::string(), std::string(" ?! "), std::string(2000, 'a')})
-    try {
-      interpret(lexicon, text);
-      ADD_FAILURE() << text.size();
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
-    }
+    EXPECT_EQ(test::codeOf([&] { interpret(lexicon, text); }), ErrorCode::InvalidArgument) << text.size();
 }
 
 TEST(Query, DamagedLexiconIsOneSentence) {

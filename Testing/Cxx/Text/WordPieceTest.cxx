@@ -1,6 +1,6 @@
 #include "Text/WordPiece.h"
-#include "Core/Base/Error.h"
 #include "Onnx/TestNetworks.h"
+#include "ThrownError.h"
 
 #include <fstream>
 
@@ -55,12 +55,7 @@ TEST_F(WordPieceTest, KeepsTheEndOfALongText) {
 TEST_F(WordPieceTest, ForeignVocabularyIsOneSentence) {
   EXPECT_THROW(WordPiece(folder_ / "nowhere.txt"), Error);
   std::ofstream(folder_ / "foreign.txt") << "liver\nspleen\n";
-  try {
-    const WordPiece pieces(folder_ / "foreign.txt");
-    ADD_FAILURE() << pieces.numbersOf("").size();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::FileFormat);
-  }
+  EXPECT_EQ(test::codeOf([&] { WordPiece(folder_ / "foreign.txt"); }), ErrorCode::FileFormat);
 }
 
 } // namespace

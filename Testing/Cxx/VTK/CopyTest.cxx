@@ -16,12 +16,7 @@ double copied(vtkInnerGSReconstruct* filter) {
 }
 
 ReconstructionInput largeInput() {
-  ReconstructionInput input;
-  Stack stack;
-  stack.image = phantom(grid(64, 60, 56, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3)));
-  stack.profile = SliceProfile::Point;
-  input.stacks.push_back(std::move(stack));
-  return input;
+  return inputOf({pointStack(phantom(grid(64, 60, 56, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3))))});
 }
 
 } // namespace

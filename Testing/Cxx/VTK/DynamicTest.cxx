@@ -86,7 +86,7 @@ TEST(Dynamic, ReconstructsAsTheJobDoes) {
   vtkInnerGSDynamicModel* model = fitted().model;
   ASSERT_FALSE(model->IsEmpty());
   EXPECT_GT(fitted().events, 5);
-  EXPECT_EQ(fitted().device, "cpu: On the CPU, as asked.");
+  EXPECT_EQ(fitted().device.find("cpu: "), 0u) << fitted().device;
   EXPECT_EQ(model->GetKindName(), "motion");
   EXPECT_EQ(model->GetNumberOfFrames(), 7);
   EXPECT_EQ(model->GetFrameTime(2), 1.0);

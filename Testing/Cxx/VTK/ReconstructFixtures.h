@@ -14,13 +14,7 @@ struct Pose {
 inline ReconstructionInput posedInput(const Pose& pose, bool thick) {
   const Volume truth =
       phantom(grid(22, 20, 18, {1.1, 0.9, 1}, {-30, 12, 5}, obliqueDirection(pose.angle, pose.leftHanded)));
-  ReconstructionInput input;
-  Stack stack;
-  stack.image = truth;
-  stack.profile = SliceProfile::Point;
-  if (thick) stack = simulateThickStack(truth, 2, 3);
-  input.stacks.push_back(std::move(stack));
-  return input;
+  return inputOf({thick ? simulateThickStack(truth, 2, 3) : pointStack(truth)});
 }
 
 /// Two scans of 4 mm slices of a head, which suffice for its uncertainty.

@@ -410,7 +410,8 @@ TEST(ReconstructFilter, EstimatesItsTimeBeforeTheStart) {
 TEST(ReconstructFilter, SaysWhereItRunsAndWhy) {
   auto filter = quickFilter(isotropicInput());
   filter->SetDevice("cpu");
-  EXPECT_EQ(filter->DescribeDevice(), "On the CPU, as asked.");
+  const std::string onTheCpu = filter->DescribeDevice();
+  EXPECT_NE(onTheCpu.find("CPU"), std::string::npos) << onTheCpu;
   EXPECT_EQ(filter->GetDeviceNote(), "");
   std::vector<std::string> notes;
   Observer progress(filter, vtkCommand::ProgressEvent, [&](void*) {
@@ -419,8 +420,8 @@ TEST(ReconstructFilter, SaysWhereItRunsAndWhy) {
   filter->Update();
   ASSERT_GE(notes.size(), 10u);
   for (const std::string& note : notes)
-    EXPECT_EQ(note, "On the CPU, as asked.");
-  EXPECT_EQ(filter->GetDeviceNote(), "On the CPU, as asked.");
+    EXPECT_EQ(note, onTheCpu);
+  EXPECT_EQ(filter->GetDeviceNote(), onTheCpu);
   filter->SetDevice("cuda:999");
   const std::string refusal = filter->DescribeDevice();
   Errors errors(filter);

@@ -4,9 +4,10 @@
 #include "Core/Alignment/Rigid.h"
 #include "Core/Alignment/SamplePlaces.h"
 #include "Core/Alignment/SliceVolume.h"
-#include "Core/Base/Error.h"
 #include "Core/Image/Simulate.h"
 #include "HeadPhantom.h"
+#include "TestVolumes.h"
+#include "ThrownError.h"
 
 #include <algorithm>
 #include <gtest/gtest.h>
@@ -363,20 +364,16 @@ TEST(SliceMotion, IsTheSameByAnyNumberOfThreadsAndStops) {
   ThreadPool pool(2);
   std::stop_source source;
   pool.setStop(source.get_token());
-  try {
-    findSliceMotion(stacks, {.always = true}, pool, [&](double) { source.request_stop(); });
-    FAIL() << "it went on";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::Cancelled);
-  }
+  const auto stop = [&](double) { source.request_stop(); };
+  EXPECT_EQ(test::codeOf([&] { findSliceMotion(stacks, {.always = true}, pool, stop); }),
+            ErrorCode::Cancelled);
 }
 
 TEST(SliceMotion, NeverLooksAtUnobservedVoxels) {
   ThreadPool pool(2);
   std::vector<Stack> stacks = withoutPoses(movingScans(2, 1));
   const std::int64_t plane = kWidth * kWidth;
-  stacks[0].observed.assign(stacks[0].image.voxels.size(), 1);
-  std::fill_n(stacks[0].observed.begin() + 5 * plane, plane, std::uint8_t{0});
+  testing::withhold(stacks[0], {5});
   const SliceMotion before = findSliceMotion(stacks, {.always = true}, pool);
   for (std::int64_t v = 5 * plane; v < 6 * plane; ++v)
     stacks[0].image.voxels[v] = v % 2 ? 1e6f : std::nanf("");

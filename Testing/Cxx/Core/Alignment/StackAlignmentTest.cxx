@@ -2,6 +2,7 @@
 
 #include "Core/Image/Simulate.h"
 #include "HeadPhantom.h"
+#include "TestVolumes.h"
 
 #include <gtest/gtest.h>
 #include <numbers>
@@ -143,8 +144,7 @@ TEST(StackAlignment, NeverLooksAtUnobservedVoxels) {
   displace(stacks[1], turned(0, {1, 0, 0}, {}));
   Stack& stack = stacks[1];
   const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
-  stack.observed.assign(stack.image.voxels.size(), 1);
-  std::fill_n(stack.observed.begin() + 7 * plane, plane, std::uint8_t{0});
+  testing::withhold(stack, {7});
   const auto before = alignStacks(stacks, pool);
   for (std::int64_t v = 7 * plane; v < 8 * plane; ++v)
     stack.image.voxels[v] = v % 2 ? 1e6f : std::nanf("");

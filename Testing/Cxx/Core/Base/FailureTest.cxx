@@ -41,8 +41,7 @@ TEST(Failure, NoTextOfTheLibraryStandsAlone) {
   EXPECT_NE(file.sentence.find("try again."), std::string::npos);
   const Failure other = thrown(std::runtime_error("first line\nsecond"));
   EXPECT_EQ(other.code, ErrorCode::Internal);
-  EXPECT_EQ(other.sentence,
-            "Unexpected failure (first line second): please report it with these data and settings.");
+  EXPECT_NE(other.sentence.find("(first line second)"), std::string::npos) << other.sentence;
   EXPECT_EQ(thrown(7).sentence, "Unexpected failure: please report it with these data and settings.");
 }
 

@@ -1,6 +1,6 @@
 #include "Core/Base/Parallel.h"
-#include "Core/Base/Error.h"
 #include "Core/Base/ThreadPriority.h"
+#include "ThrownError.h"
 
 #include <atomic>
 #include <gtest/gtest.h>
@@ -64,14 +64,10 @@ TEST_P(Pool, StopsBetweenTasks) {
   std::stop_source source;
   pool.setStop(source.get_token());
   std::atomic<int> ran{0};
-  try {
-    pool.run(10000, [&](std::int64_t) {
-      if (++ran == 3) source.request_stop();
-    });
-    FAIL() << "run() returned as if all had run";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::Cancelled);
-  }
+  const auto stopAtTheThird = [&](std::int64_t) {
+    if (++ran == 3) source.request_stop();
+  };
+  EXPECT_EQ(test::codeOf([&] { pool.run(10000, stopAtTheThird); }), ErrorCode::Cancelled);
   EXPECT_GE(ran, 3);
   EXPECT_LE(ran, 3 + GetParam()); // those already started
   EXPECT_THROW(pool.throwIfStopped(), Error);

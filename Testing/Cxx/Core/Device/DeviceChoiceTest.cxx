@@ -57,7 +57,7 @@ TEST_F(Choice, AutoIsTheCpuWhereThereIsNoDeviceOrTheCpuAloneCan) {
   EXPECT_TRUE(choice.onCpu());
   EXPECT_TRUE(has(choice.use.reason, "No NVIDIA driver is installed."));
   EXPECT_TRUE(DeviceChoice("cpu").onCpu());
-  EXPECT_TRUE(has(DeviceChoice("cpu").use.reason, "as asked"));
+  EXPECT_EQ(DeviceChoice("cpu").use.reason, "On the CPU, as asked.");
 }
 
 TEST_F(Choice, OfWhatIsNotThereIsRefused) {

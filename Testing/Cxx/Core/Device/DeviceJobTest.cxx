@@ -1,5 +1,6 @@
 #include "FakeDevice.h"
 #include "TextContains.h"
+#include "ThrownError.h"
 
 #include "Core/Job/TimeEstimate.h"
 
@@ -39,7 +40,8 @@ TEST_F(DeviceJob, RunsOnTheDeviceAndSaysSo) {
   for (const auto& input : {isotropicInput(), anisotropicInput(), orthogonalInput()}) {
     const auto cpu = runUntil(-1, input, reference());
     ASSERT_EQ(notes.size(), 1u);
-    EXPECT_EQ(notes[0], "On the CPU, as asked.");
+    EXPECT_EQ(notes[0], cpu.device.reason);
+    EXPECT_EQ(cpu.device.id, "cpu");
     const auto device = runUntil(-1, input, on("cuda"));
     ASSERT_EQ(notes.size(), 1u);
     EXPECT_TRUE(has(notes[0], "On Fake Two (cuda:1)")) << notes[0];
@@ -151,13 +153,9 @@ TEST_F(DeviceJob, OnADeviceThatIsNotThereIsRefusedBeforeAnyWork) {
   bool worked = false;
   ReconstructionJob job(isotropicInput(), on("cuda"));
   job.onProgress([&](const Progress&) { worked = true; });
-  try {
-    job.run();
-    FAIL() << "accepted";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
-    EXPECT_TRUE(has(error.what(), "No NVIDIA driver is installed.")) << error.what();
-  }
+  const Error error = test::errorOf([&] { job.run(); });
+  EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
+  EXPECT_TRUE(has(error.what(), "No NVIDIA driver is installed.")) << error.what();
   EXPECT_FALSE(worked);
   const auto result = runUntil(-1, isotropicInput(), on("auto"));
   EXPECT_TRUE(has(result.device.reason, "No NVIDIA driver is installed."));

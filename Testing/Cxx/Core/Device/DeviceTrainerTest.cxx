@@ -38,10 +38,7 @@ protected:
   }
 
   std::vector<Observation> observations() const {
-    Stack stack;
-    stack.image = phantom(grid(24, 22, 20, {1, 1, 1}));
-    stack.profile = SliceProfile::Point;
-    return observe(stack, {}, {200, 0}, false);
+    return observe(pointStack(phantom(grid(24, 22, 20, {1, 1, 1}))), {}, {200, 0}, false);
   }
 
   Trainer onCpu() { return Trainer(field, observations(), plan, kernelSet("scalar"), pool); }

@@ -32,6 +32,6 @@ TEST_F(FeatureDeviceChoices, GoOnWithTheCpuAndSayWhy) {
   const auto onCpu = std::make_shared<FeatureDeviceChoice>("cpu");
   training.devices = onCpu;
   EXPECT_EQ(trainFeatures(phantom.field, phantom.labels, {}, training).latents, cpu.latents);
-  EXPECT_EQ(onCpu->use().reason, "On the CPU, as asked.");
+  EXPECT_TRUE(has(onCpu->use().reason, "as asked")) << onCpu->use().reason;
   EXPECT_THROW(FeatureDeviceChoice("cuda:9"), Error);
 }

@@ -1,8 +1,8 @@
 #include "FakeDevice.h"
 #include "Motion/MovingPhantom.h"
 #include "TextContains.h"
+#include "ThrownError.h"
 
-#include "Core/Base/Error.h"
 #include "Core/Image/Metrics.h"
 #include "Core/Motion/DynamicJob.h"
 #include "Core/Motion/FrameRenderer.h"
@@ -60,7 +60,8 @@ TEST_F(MovingDevice, RunsOnTheDeviceAndSaysSo) {
     scalar.instructionSet = "scalar";
     const DynamicResult cpu = run(scalar);
     ASSERT_EQ(notes.size(), 1u);
-    EXPECT_EQ(notes[0], "On the CPU, as asked.");
+    EXPECT_EQ(notes[0], cpu.device.reason);
+    EXPECT_EQ(cpu.device.id, "cpu");
     const DynamicResult device = run(shortFit(kind, "cuda"));
     ASSERT_EQ(notes.size(), 1u);
     EXPECT_TRUE(has(notes[0], "On Fake Two (cuda:1), as asked.")) << notes[0];
@@ -123,13 +124,9 @@ TEST_F(MovingDevice, WithTooLittleMemoryIsNotUsed) {
 
 TEST_F(MovingDevice, ThatIsNotThereIsRefusedBeforeAnyWork) {
   fails("none");
-  try {
-    run(shortFit(DynamicKind::Motion, "cuda"));
-    FAIL() << "accepted";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
-    EXPECT_TRUE(has(error.what(), "No NVIDIA driver is installed.")) << error.what();
-  }
+  const Error error = test::errorOf([&] { run(shortFit(DynamicKind::Motion, "cuda")); });
+  EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
+  EXPECT_TRUE(has(error.what(), "No NVIDIA driver is installed.")) << error.what();
   EXPECT_TRUE(notes.empty());
   const DynamicResult result = run(shortFit(DynamicKind::Motion, "auto"));
   EXPECT_TRUE(has(result.device.reason, "No NVIDIA driver is installed."));

@@ -1,8 +1,8 @@
 #include "Core/Features/EmbeddingTraining.h"
-#include "Core/Base/Error.h"
 #include "Core/Base/Random.h"
 #include "Core/Features/ClassProbabilities.h"
 #include "Features/BoxPhantom.h"
+#include "ThrownError.h"
 
 #include <gtest/gtest.h>
 
@@ -130,12 +130,9 @@ TEST(EmbeddingTraining, ReportsProgressAndStops) {
     last = fraction;
     if (fraction > 0.7) stop.request_stop();
   };
-  try {
-    trainEmbeddings(phantom.field, teacherOf(phantom.labels), kTexts, training);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::Cancelled);
-  }
+  EXPECT_EQ(
+      test::codeOf([&] { trainEmbeddings(phantom.field, teacherOf(phantom.labels), kTexts, training); }),
+      ErrorCode::Cancelled);
   EXPECT_LT(last, 1);
 }
 
@@ -143,12 +140,7 @@ TEST(EmbeddingTraining, BadInputIsRefused) {
   const BoxPhantom phantom(8);
   const EmbeddingVolume teacher = teacherOf(phantom.labels);
   const auto code = [&](const EmbeddingVolume& volume, const std::vector<TextEmbedding>& texts) {
-    try {
-      trainEmbeddings(phantom.field, volume, texts);
-    } catch (const Error& error) {
-      return error.code();
-    }
-    return ErrorCode::Internal;
+    return test::codeOf([&] { trainEmbeddings(phantom.field, volume, texts); });
   };
   EXPECT_EQ(code(teacher, {}), ErrorCode::InvalidArgument);
   EXPECT_EQ(code(teacher, {{"background", direction(0)}}), ErrorCode::InvalidArgument);

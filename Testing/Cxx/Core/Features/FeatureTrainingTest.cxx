@@ -1,8 +1,8 @@
 #include "Core/Features/FeatureTraining.h"
-#include "Core/Base/Error.h"
 #include "Core/Features/FeatureDevices.h"
 #include "Core/Features/FeatureQuery.h"
 #include "Features/BoxPhantom.h"
+#include "ThrownError.h"
 
 #include <gtest/gtest.h>
 
@@ -190,12 +190,8 @@ TEST(FeatureTraining, ReportsProgressAndStops) {
     seen.push_back(fraction);
     if (fraction > 0.7) stop.request_stop();
   };
-  try {
-    trainFeatures(phantom.field, phantom.every(3), kNames, training);
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::Cancelled);
-  }
+  EXPECT_EQ(test::codeOf([&] { trainFeatures(phantom.field, phantom.every(3), kNames, training); }),
+            ErrorCode::Cancelled);
   EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
   EXPECT_LT(seen.back(), 0.8);
 }
@@ -203,12 +199,7 @@ TEST(FeatureTraining, ReportsProgressAndStops) {
 TEST(FeatureTraining, RefusesWhatCannotBeLearned) {
   const BoxPhantom phantom;
   const auto codeOf = [&](const Labelmap& labels, const FeatureTraining& training) {
-    try {
-      trainFeatures(phantom.field, labels, kNames, training);
-    } catch (const Error& error) {
-      return error.code();
-    }
-    return ErrorCode::Internal;
+    return test::codeOf([&] { trainFeatures(phantom.field, labels, kNames, training); });
   };
   Labelmap away = phantom.labels;
   away.geometry.origin[2] += 1000;

@@ -13,12 +13,9 @@ namespace {
 
 /// A bright cube with sharp faces on a flat background.
 Stack cubeStack() {
-  Stack stack;
-  stack.image = volumeOf(grid(40, 40, 40), [](auto i, auto j, auto k) {
+  return pointStack(volumeOf(grid(40, 40, 40), [](auto i, auto j, auto k) {
     return i >= 12 && i < 28 && j >= 12 && j < 28 && k >= 12 && k < 28 ? 200 : 50;
-  });
-  stack.profile = SliceProfile::Point;
-  return stack;
+  }));
 }
 
 const Affine3 kFrame{Mat3{}, {19.5, 19.5, 19.5}};

@@ -1,7 +1,7 @@
 #include "Core/Image/GridGeometry.h"
 
-#include "Core/Base/Error.h"
 #include "TestVolumes.h"
+#include "ThrownError.h"
 
 #include <gtest/gtest.h>
 #include <limits>
@@ -17,13 +17,9 @@ void expectNear(const Vec3& a, const Vec3& b, double tolerance) {
 }
 
 ErrorCode codeOf(const GridGeometry& geometry, std::string* sentence = nullptr) {
-  try {
-    checkGeometry(geometry, "scan.nii");
-  } catch (const Error& error) {
-    if (sentence) *sentence = error.what();
-    return error.code();
-  }
-  return ErrorCode::Internal; // not thrown
+  const Error error = test::errorOf([&] { checkGeometry(geometry, "scan.nii"); });
+  if (sentence) *sentence = error.what();
+  return error.code();
 }
 
 } // namespace

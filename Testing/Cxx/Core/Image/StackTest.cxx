@@ -1,7 +1,7 @@
 #include "Core/Image/Stack.h"
 
-#include "Core/Base/Error.h"
 #include "TestVolumes.h"
+#include "ThrownError.h"
 
 #include <gtest/gtest.h>
 
@@ -22,13 +22,9 @@ Stack validStack() {
 }
 
 ErrorCode codeOf(const Stack& stack) {
-  try {
-    checkStack(stack);
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("T2.nii.gz"), std::string::npos) << error.what();
-    return error.code();
-  }
-  return ErrorCode::Internal; // not thrown
+  const Error error = test::errorOf([&] { checkStack(stack); });
+  EXPECT_TRUE(test::contains(error, "T2.nii.gz")) << error.what();
+  return error.code();
 }
 
 } // namespace

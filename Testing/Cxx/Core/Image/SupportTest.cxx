@@ -16,11 +16,7 @@ using namespace innergs::testing;
 namespace {
 
 Mask ballIn(const GridGeometry& geometry, const Vec3& centre, double radius) {
-  Mask mask{geometry, {}};
-  for (const float v :
-       volumeInSpace(geometry, [&](const Vec3& x) { return norm(x - centre) < radius; }).voxels)
-    mask.voxels.push_back(v > 0);
-  return mask;
+  return maskInSpace(geometry, [&](const Vec3& x) { return norm(x - centre) < radius; });
 }
 
 /// A scan on the mask's own lattice.
@@ -153,17 +149,9 @@ TEST(Support, CountsForEveryQueryAlike) {
        {kDomain, withSpacing(kDomain, {2, 2.4, 3}), withSpacing(kDomain, {0.5, 0.6, 0.75}), oblique,
         cropped(kDomain, {2, 3, 4}, {3, 3, 3})}) {
     const Volume volume = render(field, geometry);
-    std::vector<Vec3> points;
-    volumeInSpace(geometry, [&](const Vec3& x) {
-      points.push_back(x);
-      return 0;
-    });
+    const std::vector<Vec3> points = pointsOf(geometry);
     const std::vector<float> single = renderPoints(field, points);
-    Stack stack;
-    stack.image.geometry = geometry;
-    stack.image.voxels.resize(points.size());
-    stack.profile = SliceProfile::Point;
-    const Volume scanned = renderStack(field, stack);
+    const Volume scanned = renderStack(field, pointStack({geometry, std::vector<float>(points.size())}));
     const std::size_t plane = static_cast<std::size_t>(geometry.size[0] * geometry.size[1]);
     std::int64_t inside = 0;
     for (std::int64_t k = 0; k < geometry.size[2]; ++k) {

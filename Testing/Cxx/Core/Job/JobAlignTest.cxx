@@ -5,14 +5,15 @@
 namespace innergs {
 namespace {
 
+using testing::fastSettings;
 using testing::psnr;
 using testing::reconstruct;
 
 /// Two orthogonal thick-slice scans; before the second, the patient moved by `shift` mm and the receiver gain
 /// changed.
 ReconstructionInput twoScans(const Volume& truth, double shift, float gain) {
-  ReconstructionInput input;
-  input.stacks = {simulateThickStack(truth, 2, 4), simulateThickStack(truth, 0, 4)};
+  ReconstructionInput input =
+      testing::inputOf({simulateThickStack(truth, 2, 4), simulateThickStack(truth, 0, 4)});
   input.stacks[1].image.geometry.origin[1] += shift;
   for (float& v : input.stacks[1].image.voxels)
     v *= gain;
@@ -22,18 +23,10 @@ ReconstructionInput twoScans(const Volume& truth, double shift, float gain) {
   return input;
 }
 
-Settings fewIterations() {
-  Settings settings;
-  settings.preset = Preset::Fast;
-  settings.threads = 2;
-  settings.device = "cpu";
-  return settings;
-}
-
 TEST(JobAlign, MakesUpForMotionAndGainBetweenScansAndSaysSo) {
   const Volume truth = testing::spherePhantom(40, 40, 3);
   const auto psnrOf = [&](const ReconstructionInput& input, bool align) {
-    Settings settings = fewIterations();
+    Settings settings = fastSettings();
     settings.align = align;
     return psnr(reconstruct(input, settings).volume, truth);
   };
@@ -41,7 +34,7 @@ TEST(JobAlign, MakesUpForMotionAndGainBetweenScansAndSaysSo) {
   EXPECT_EQ(still, psnrOf(twoScans(truth, 0, 1), false)) << "scans that agree are left alone";
   const ReconstructionInput moved = twoScans(truth, 1.5, 1.1f);
   const double off = psnrOf(moved, false);
-  const ReconstructionResult result = reconstruct(moved, fewIterations());
+  const ReconstructionResult result = reconstruct(moved, fastSettings());
   EXPECT_GT(psnr(result.volume, truth), off + 2);
   EXPECT_GT(psnr(result.volume, truth), still - 1);
   ASSERT_EQ(result.alignment.size(), 2u);
@@ -55,12 +48,12 @@ TEST(JobAlign, LeavesAScanOfAnotherBodyWhereItIs) {
   ReconstructionInput input = twoScans(testing::spherePhantom(48, 48, 3), 0, 1);
   input.stacks[1] = simulateThickStack(testing::spherePhantom(48, 48, 9), 0, 4);
   input.stacks[1].name = "other.nii";
-  const ReconstructionResult result = reconstruct(input, fewIterations());
+  const ReconstructionResult result = reconstruct(input, fastSettings());
   ASSERT_EQ(result.warnings.size(), 1u);
   EXPECT_EQ(result.warnings[0].find("other.nii does not fit the other scans"), 0u) << result.warnings[0];
   EXPECT_EQ(result.alignment.at(1).toOthers, Affine3{});
   EXPECT_FALSE(result.sliceMotion.moved);
-  Settings settings = fewIterations();
+  Settings settings = fastSettings();
   settings.align = false;
   settings.sliceMotion = SliceMotionKind::Off;
   EXPECT_EQ(result.volume.voxels, reconstruct(input, settings).volume.voxels) << "as it was scanned";
@@ -68,16 +61,16 @@ TEST(JobAlign, LeavesAScanOfAnotherBodyWhereItIs) {
 
 TEST(JobAlign, SaysByHowMuchAScanOnAnotherScaleWasMultiplied) {
   const ReconstructionResult result =
-      reconstruct(twoScans(testing::spherePhantom(48, 48, 3), 0, 1e5f), fewIterations());
+      reconstruct(twoScans(testing::spherePhantom(48, 48, 3), 0, 1e5f), fastSettings());
   ASSERT_EQ(result.warnings.size(), 1u);
   EXPECT_NE(result.warnings[0].find("multiplied by 1e-05"), std::string::npos) << result.warnings[0];
 }
 
 TEST(JobAlign, SaysThatANearlyBlankScanCannotBeCompared) {
   ReconstructionInput input = twoScans(testing::spherePhantom(48, 48, 3), 0, 0);
-  EXPECT_THROW((void)reconstruct(input, fewIterations()), Error); // shows nothing
+  EXPECT_THROW((void)reconstruct(input, fastSettings()), Error); // shows nothing
   input.stacks[1].image.voxels[0] = 1;
-  const ReconstructionResult result = reconstruct(input, fewIterations());
+  const ReconstructionResult result = reconstruct(input, fastSettings());
   ASSERT_FALSE(result.warnings.empty());
   EXPECT_EQ(result.warnings[0].find("second.nii shares too little with the other scans"), 0u)
       << result.warnings[0];

@@ -1,4 +1,5 @@
 #include "JobInputs.h"
+#include "ThrownError.h"
 
 #include <atomic>
 #include <thread>
@@ -205,12 +206,7 @@ TEST(Resume, OfAForgedStateIsRefused) {
     change(*forged);
     ReconstructionInput from = input;
     from.resume = forged;
-    try {
-      reconstruct(from, settings);
-    } catch (const Error& error) {
-      return error.code() == ErrorCode::FileFormat;
-    }
-    return false;
+    return test::codeOf([&] { reconstruct(from, settings); }) == ErrorCode::FileFormat;
   };
   EXPECT_TRUE(refused([](Model& c) { c.optimizer.moment1.pop_back(); }));
   EXPECT_TRUE(refused([](Model& c) { c.optimizer.moment2.clear(); }));

@@ -1,6 +1,7 @@
 #include "Core/Fit/Plan.h"
 #include "Core/Image/Region.h"
 #include "JobInputs.h"
+#include "ThrownError.h"
 
 using namespace innergs;
 using namespace innergs::testing;
@@ -16,12 +17,7 @@ Settings defaults(int iterations = 20) {
 }
 
 Mask ballOf(const GridGeometry& geometry, double radius) {
-  Mask mask{geometry, {}};
-  const Volume inside = volumeInSpace(
-      geometry, [&](const Vec3& x) { return norm(x - geometry.centre()) < radius ? 1.0 : 0.0; });
-  for (const float v : inside.voxels)
-    mask.voxels.push_back(v > 0);
-  return mask;
+  return maskInSpace(geometry, [&](const Vec3& x) { return norm(x - geometry.centre()) < radius; });
 }
 
 double insidePsnr(const Volume& image, const Volume& truth, const Mask& mask) {
@@ -56,10 +52,7 @@ void expectAsGoodInside(ReconstructionInput input, const Volume& truth, const Se
 } // namespace
 
 TEST(JobDensity, AMaskedFitIsAsGoodInside) {
-  ReconstructionInput input;
-  input.stacks.resize(1);
-  input.stacks.front().image = head();
-  input.stacks.front().profile = SliceProfile::Point;
+  const ReconstructionInput input = inputOf({pointStack(head())});
   for (const Initialisation start : {Initialisation::Adaptive, Initialisation::Grid}) {
     Settings settings = defaults(40);
     settings.initialisation = start;
@@ -68,14 +61,11 @@ TEST(JobDensity, AMaskedFitIsAsGoodInside) {
 }
 
 TEST(JobDensity, AMaskedFitLosesNoSmallLabels) {
-  ReconstructionInput input;
-  input.stacks.resize(1);
-  Volume& labels = input.stacks.front().image;
-  labels = volumeOf(head().geometry, [](auto i, auto j, auto k) {
+  const Volume labels = volumeOf(head().geometry, [](auto i, auto j, auto k) {
     return i % 7 < 2 && j % 7 < 2 && k % 7 < 2 ? 40.0 * static_cast<double>(1 + (i / 7 + j / 7 + k / 7) % 5)
                                                : 0.0;
   });
-  input.stacks.front().profile = SliceProfile::Point;
+  ReconstructionInput input = inputOf({pointStack(labels)});
   const Mask mask = ballOf(labels.geometry, 13);
   input.masks = {mask};
   input.outputGrid = labels.geometry;
@@ -90,8 +80,7 @@ TEST(JobDensity, AMaskedFitLosesNoSmallLabels) {
 
 TEST(JobDensity, AMaskedFitOfThickSlicesIsAsGoodInside) {
   const Volume truth = head();
-  ReconstructionInput input;
-  input.stacks.push_back(simulateThickStack(truth, 2, 4));
+  ReconstructionInput input = inputOf({simulateThickStack(truth, 2, 4)});
   const Settings settings = defaults();
   expectAsGoodInside(input, truth, settings);
   input.stacks.push_back(simulateThickStack(truth, 0, 4));
@@ -124,26 +113,20 @@ TEST(JobDensity, TheOrderOfTheInputsDoesNotMatter) {
 }
 
 TEST(JobDensity, ARegionIsAsGoodAsInTheWholeFit) {
-  ReconstructionInput input;
-  input.stacks.resize(1);
-  input.stacks.front().image = head();
-  input.stacks.front().profile = SliceProfile::Point;
+  ReconstructionInput input = inputOf({pointStack(head())});
   const Volume& truth = input.stacks.front().image;
   input.outputGrid = truth.geometry;
   for (const double radius : {7.0, 11.0}) {
-    Mask box{truth.geometry, {}};
     Region region;
     const Vec3 centre = truth.geometry.centre();
     for (int a = 0; a < 3; ++a) {
       region.min[a] = centre[a] - radius;
       region.max[a] = centre[a] + radius;
     }
-    const Volume inside = volumeInSpace(truth.geometry, [&](const Vec3& x) {
+    const Mask box = maskInSpace(truth.geometry, [&](const Vec3& x) {
       const Vec3 d = x - centre;
-      return std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])}) < radius ? 1.0 : 0.0;
+      return std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])}) < radius;
     });
-    for (const float v : inside.voxels)
-      box.voxels.push_back(v > 0);
     ReconstructionInput part = input;
     part.stacks.front() = cropped(input.stacks.front(), region, 2);
     ASSERT_TRUE(part.stacks.front().isRegion);
@@ -194,11 +177,7 @@ TEST(JobDensity, AMaskBetweenThickSlicesIsRefusedOrFitted) {
   input.masks = {cubeMask(4)};
   EXPECT_GT(reconstruct(input, defaults()).trainingPsnr, 30);
   input.masks = {cubeMask(1)};
-  try {
-    reconstruct(input, defaults());
-    FAIL() << "it holds no centre of a voxel";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::NoData);
-    EXPECT_NE(std::string(error.what()).find("smaller than their voxels"), std::string::npos);
-  }
+  const Error error = test::errorOf([&] { reconstruct(input, defaults()); });
+  EXPECT_EQ(error.code(), ErrorCode::NoData) << "it holds no centre of a voxel";
+  EXPECT_TRUE(test::contains(error, "smaller than their voxels"));
 }

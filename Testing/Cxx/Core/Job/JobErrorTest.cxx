@@ -1,4 +1,5 @@
 #include "JobInputs.h"
+#include "ThrownError.h"
 
 #include "Core/Base/SystemMemory.h"
 #include "Core/Job/MemoryEstimate.h"
@@ -181,11 +182,7 @@ TEST(JobMemory, ThatIsNotThereIsRefusedWithTheNumbers) {
   input.outputGrid = withSpacing(smallGrid(), {1e-3, 1e-3, 1e-3}); // 10^13 voxels
   EXPECT_GT(estimateMemory(input, quickSettings(2)), availableMemory());
   EXPECT_EQ(errorOf(input), ErrorCode::Memory);
-  try {
-    reconstruct(input, quickSettings(2));
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("GB"), std::string::npos);
-  }
+  EXPECT_TRUE(test::contains(test::errorOf([&] { reconstruct(input, quickSettings(2)); }), "GB"));
   ReconstructionInput many = isotropicInput();
   Settings settings = quickSettings(2);
   settings.gaussians = 999'999'999;

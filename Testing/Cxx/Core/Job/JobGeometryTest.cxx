@@ -1,6 +1,7 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Render/Render.h"
 #include "JobInputs.h"
+#include "ThrownError.h"
 
 using namespace innergs;
 using namespace innergs::testing;
@@ -39,11 +40,8 @@ TEST_P(Landmark, StaysAtItsPlaceInPatientSpace) {
   const GridGeometry scan =
       grid(26, 24, 22, {1.1, 0.9, 1.3}, {40, -70, 33}, obliqueDirection(angle, leftHanded));
   const Vec3 at = scan.indexToWorld()({9.3, 14.6, 8.2});
-  ReconstructionInput input;
-  Stack stack;
-  stack.image = volumeInSpace(scan, [&](const Vec3& x) { return blob(x, at); });
-  stack.profile = SliceProfile::Point;
-  input.stacks.push_back(stack);
+  ReconstructionInput input =
+      inputOf({pointStack(volumeInSpace(scan, [&](const Vec3& x) { return blob(x, at); }))});
   // Another orientation, handedness and spacing.
   GridGeometry output =
       grid(30, 28, 26, {0.9, 1.0, 1.1}, {0, 0, 0}, obliqueDirection(angle + 0.8, !leftHanded));
@@ -67,9 +65,8 @@ TEST(Landmark, OfThickSlicesStaysInPlace) {
   const GridGeometry fine = grid(28, 28, 28, {1, 1, 1}, {12, 8, -30}, obliqueDirection(0.7, true));
   const Vec3 at = fine.indexToWorld()({13.3, 14.6, 12.2});
   const Volume truth = volumeInSpace(fine, [&](const Vec3& x) { return blob(x, at); });
-  ReconstructionInput single, crossed;
-  single.stacks.push_back(simulateThickStack(truth, 2, 4));
-  crossed.stacks = {simulateThickStack(truth, 2, 4), simulateThickStack(truth, 0, 4)};
+  ReconstructionInput single = inputOf({simulateThickStack(truth, 2, 4)}),
+                      crossed = inputOf({simulateThickStack(truth, 2, 4), simulateThickStack(truth, 0, 4)});
   for (ReconstructionInput* input : {&single, &crossed}) {
     input->outputGrid = fine;
     Settings settings = quickSettings(60);
@@ -99,11 +96,8 @@ TEST_P(Poses, ReconstructTheSameVolumeFromDisplacedSlices) {
   const auto anatomy = [](const Vec3& x) {
     return 100 + 60 * std::sin(0.3 * x[0]) * std::cos(0.25 * x[1]) + 40 * std::sin(0.35 * x[2]);
   };
-  ReconstructionInput plain;
-  Stack stack;
-  stack.image = volumeInSpace(geometry, anatomy);
-  stack.profile = SliceProfile::Point;
-  plain.stacks.push_back(stack);
+  const Stack stack = pointStack(volumeInSpace(geometry, anatomy));
+  ReconstructionInput plain = inputOf({stack});
   plain.outputGrid = geometry;
 
   // Slice k of the file shows the plane of slice permutation[k], slightly moved.
@@ -195,14 +189,9 @@ TEST(Slabs, FurtherApartAreRefused) {
   const Volume truth = phantom(grid(22, 20, 20, {1, 1, 1.5}, {-30, 12, 5}, obliqueDirection(0.3)));
   ReconstructionInput input;
   input.stacks = {slab(truth, 0, 6), slab(truth, 8, 6)}; // two slices are missing
-  try {
-    prepareInput(input);
-    FAIL() << "no error";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::Geometry);
-    EXPECT_NE(std::string(error.what()).find("Stack 2 does not overlap Stack 1"), std::string::npos)
-        << error.what();
-  }
+  const Error error = test::errorOf([&] { prepareInput(input); });
+  EXPECT_EQ(error.code(), ErrorCode::Geometry);
+  EXPECT_TRUE(test::contains(error, "Stack 2 does not overlap Stack 1")) << error.what();
 }
 
 TEST(Poses, FarFromTheFilesOwnGeometry) {

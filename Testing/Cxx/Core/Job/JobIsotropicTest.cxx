@@ -18,10 +18,7 @@ Volume scene(const GridGeometry& geometry) {
 }
 
 ReconstructionInput scanOf(const Volume& volume) {
-  ReconstructionInput input;
-  Stack& scan = input.stacks.emplace_back();
-  scan.image = volume;
-  scan.profile = SliceProfile::Point;
+  ReconstructionInput input = inputOf({pointStack(volume)});
   input.outputGrid = volume.geometry;
   return input;
 }
@@ -91,11 +88,9 @@ TEST(JobIsotropic, OnFinerVoxelsIsBetterThanLinearInterpolation) {
 
 TEST(JobIsotropic, WithheldVoxelsTeachNothing) {
   ReconstructionInput input = scanOf(scene(lattice));
-  const std::size_t plane = 32 * 30;
-  Stack& scan = input.stacks[0];
-  scan.observed.assign(scan.image.voxels.size(), 1);
-  std::fill_n(scan.observed.begin() + 9 * plane, plane, std::uint8_t{0});
+  withhold(input.stacks[0], {9});
   ReconstructionInput other = input;
+  const std::size_t plane = 32 * 30;
   std::fill_n(other.stacks[0].image.voxels.begin() + 9 * plane, plane, 100.f);
   EXPECT_EQ(reconstruct(input, quickSettings()).volume.voxels,
             reconstruct(other, quickSettings()).volume.voxels);

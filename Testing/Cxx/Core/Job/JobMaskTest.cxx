@@ -15,12 +15,8 @@ namespace {
 constexpr float kFill = -321;
 
 Mask ball(double radius) {
-  Mask mask{smallGrid(), {}};
   const Vec3 centre = smallGrid().centre() + Vec3{2, 1, -1};
-  for (const float v :
-       volumeInSpace(smallGrid(), [&](const Vec3& x) { return norm(x - centre) < radius; }).voxels)
-    mask.voxels.push_back(v > 0);
-  return mask;
+  return maskInSpace(smallGrid(), [&](const Vec3& x) { return norm(x - centre) < radius; });
 }
 
 ReconstructionInput maskedInput() {
@@ -37,10 +33,8 @@ Settings filled(int iterations = 10) {
 
 /// A dark and a bright half, at whose border fields overshoot.
 ReconstructionInput stepInput() {
-  ReconstructionInput input;
-  input.stacks.push_back(simulateThickStack(
-      volumeOf(smallGrid(), [](auto i, auto j, auto) { return i < 12 || j > 17 ? 0 : 1000; }), 2, 4));
-  return input;
+  const Volume step = volumeOf(smallGrid(), [](auto i, auto j, auto) { return i < 12 || j > 17 ? 0 : 1000; });
+  return inputOf({simulateThickStack(step, 2, 4)});
 }
 
 void expectWithin(const std::vector<float>& values, float low, float high) {
@@ -58,13 +52,10 @@ TEST(MaskedJob, GivesTheFillValueBeyondTheMasksMargin) {
   const Volume whole = render(field, smallGrid());
   const double margin = input.stacks[0].image.geometry.spacing[2];
   EXPECT_EQ(margin, 4);
-  const Affine3 map = smallGrid().indexToWorld();
-  const auto& n = smallGrid().size;
-  std::vector<Vec3> inside, all;
-  for (std::int64_t v = 0; v < smallGrid().voxelCount(); ++v) {
-    all.push_back(map({double(v % n[0]), double(v / n[0] % n[1]), double(v / n[0] / n[1])}));
-    if (input.masks.front().voxels[v]) inside.push_back(all.back());
-  }
+  const std::vector<Vec3> all = pointsOf(smallGrid());
+  std::vector<Vec3> inside;
+  for (std::size_t v = 0; v < all.size(); ++v)
+    if (input.masks.front().voxels[v]) inside.push_back(all[v]);
   int around = 0;
   for (std::size_t v = 0; v < all.size(); ++v) {
     double nearest = 1e300;
@@ -190,12 +181,7 @@ TEST(ValueRange, OfAStepEdgeIsKept) {
   GridGeometry fine = withSpacing(field.domain, {0.7, 0.7, 0.7});
   expectWithin(render(field, fine).voxels, 0, 1000);
   expectWithin(renderStack(field, stepInput().stacks[0]).voxels, 0, 1000);
-  std::vector<Vec3> points;
-  volumeInSpace(field.domain, [&](const Vec3& x) {
-    points.push_back(x);
-    return 0;
-  });
-  expectWithin(renderPoints(field, points), 0, 1000);
+  expectWithin(renderPoints(field, pointsOf(field.domain)), 0, 1000);
   std::vector<float> plane(64 * 64);
   Affine3 oblique{obliqueDirection(0.8), field.domain.centre()};
   oblique.offset = oblique({-32, -32, 0});

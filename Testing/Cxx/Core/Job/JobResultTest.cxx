@@ -129,11 +129,8 @@ TEST(JobStart, AsAnEvenGridFits) {
 TEST(JobOfAConstant, IsThatConstant) {
   for (const double value : {0.0, 1000.0, -1024.0}) {
     ReconstructionInput input;
-    Stack stack;
-    stack.image = volumeOf(grid(12, 11, 10), [&](auto, auto, auto) { return value; });
-    input.stacks.push_back(stack);
-    Settings settings = quickSettings(8);
-    const auto result = reconstruct(input, settings);
+    input.stacks.emplace_back().image = volumeOf(grid(12, 11, 10), [&](auto, auto, auto) { return value; });
+    const auto result = reconstruct(input, quickSettings(8));
     EXPECT_FALSE(result.cancelled);
     ASSERT_EQ(result.volume.voxels.size(), 1320u);
     for (float v : result.volume.voxels)
@@ -173,9 +170,7 @@ TEST(JobOfRepeatedSlices, SaysSo) {
 
 TEST(JobOfTwoSlices, Works) {
   ReconstructionInput input;
-  Stack stack;
-  stack.image = phantom(grid(20, 18, 2, {1, 1, 3}));
-  input.stacks.push_back(stack);
+  input.stacks.emplace_back().image = phantom(grid(20, 18, 2, {1, 1, 3}));
   const auto result = reconstruct(input, quickSettings(15));
   EXPECT_FALSE(result.cancelled);
   EXPECT_EQ(result.volume.geometry.size[2], 6);
@@ -198,11 +193,8 @@ TEST(JobWithAMask, FitsOnlyInside) {
 }
 
 TEST(JobWithTheStopRule, EndsAConvergedFitEarly) {
-  ReconstructionInput input;
-  Stack stack;
-  stack.image = volumeInSpace(grid(10, 10, 10), [](const Vec3& x) { return 100 + 5 * x[0] + 3 * x[1]; });
-  stack.profile = SliceProfile::Point;
-  input.stacks.push_back(stack);
+  const ReconstructionInput input = inputOf(
+      {pointStack(volumeInSpace(grid(10, 10, 10), [](const Vec3& x) { return 100 + 5 * x[0] + 3 * x[1]; }))});
   Settings settings = quickSettings();
   settings.iterations.reset();
   settings.gaussians = 60;

@@ -12,44 +12,32 @@ constexpr std::int64_t kWidth = 36;
 
 /// Two scans of 4 mm slices at right angles.
 ReconstructionInput scansOf(const Volume& truth) {
-  ReconstructionInput input;
-  input.stacks = {simulateThickStack(truth, 2, 4), simulateThickStack(truth, 0, 4)};
+  ReconstructionInput input = inputOf({simulateThickStack(truth, 2, 4), simulateThickStack(truth, 0, 4)});
   input.outputGrid = truth.geometry;
   return input;
 }
 
-template <class Value>
-Volume volumeOf(const Value& value) {
-  Volume volume;
-  volume.geometry = grid(kWidth, kWidth, kWidth, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3));
-  for (std::int64_t k = 0; k < kWidth; ++k)
-    for (std::int64_t j = 0; j < kWidth; ++j)
-      for (std::int64_t i = 0; i < kWidth; ++i)
-        volume.voxels.push_back(value(static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)));
-  return volume;
-}
+const GridGeometry kLattice = grid(kWidth, kWidth, kWidth, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3));
 
 /// Smooth between the slices.
 Volume waves() {
-  return volumeOf([](float i, float j, float k) {
+  return volumeOf(kLattice, [](float i, float j, float k) {
     return 100 + 60 * std::sin(i / 2.2f) * std::sin(j / 2.6f) * std::sin(k / 2.4f);
   });
 }
 
 /// Labels: a network blurs their edges.
 Volume ball() {
-  return volumeOf([](float i, float j, float k) {
+  return volumeOf(kLattice, [](float i, float j, float k) {
     const float x = i - 15, y = j - 19, z = k - 17;
     return x * x + y * y + 1.3f * z * z < 130 ? 200.f : 0.f;
   });
 }
 
 Settings settingsWith(PredictionKind kind) {
-  Settings settings;
+  Settings settings = fastSettings();
   settings.preset = Preset::Balanced;
   settings.iterations = 20;
-  settings.threads = 2;
-  settings.device = "cpu";
   settings.align = false;
   settings.sliceMotion = SliceMotionKind::Off;
   settings.prediction = kind;
@@ -167,8 +155,7 @@ TEST(JobScanPredictions, NeverSeeWithheldSlices) {
   ReconstructionInput input = scansOf(waves());
   Stack& stack = input.stacks.front();
   const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
-  stack.observed.assign(stack.image.voxels.size(), 1);
-  std::fill_n(stack.observed.begin() + 5 * plane, plane, std::uint8_t{0});
+  withhold(stack, {5});
   const auto before = reconstruct(input, kQuick);
   EXPECT_GT(before.predictionShare, 0);
   for (std::int64_t v = 5 * plane; v < 6 * plane; ++v)
@@ -189,15 +176,10 @@ TEST(ShareTrial, ScansAPartOfTheResult) {
   const std::vector<Stack> stacks = scansOf(truth).stacks;
   ThreadPool pool(2);
   const auto sampled = [&](const GridGeometry& lattice) {
-    Volume volume{lattice, std::vector<float>(static_cast<std::size_t>(lattice.voxelCount()))};
     const Affine3 map = inverse(truth.geometry.indexToWorld()) * lattice.indexToWorld();
-    std::size_t v = 0;
-    for (std::int64_t k = 0; k < lattice.size[2]; ++k)
-      for (std::int64_t j = 0; j < lattice.size[1]; ++j)
-        for (std::int64_t i = 0; i < lattice.size[0]; ++i)
-          volume.voxels[v++] = static_cast<float>(sampleLinear(
-              truth, map({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)})));
-    return volume;
+    return volumeOf(lattice, [&](double i, double j, double k) {
+      return sampleLinear(truth, map({i, j, k}));
+    });
   };
   const ShareTrial trial = shareTrial(sampled, stacks, dataDomain(stacks), kQuick, 0, pool);
   ASSERT_EQ(trial.twin.input.stacks.size(), stacks.size());

@@ -15,8 +15,8 @@ constexpr std::int64_t kWidth = 48;
 
 /// Two scans of 4 mm slices at right angles, each of its own volume on the same lattice.
 ReconstructionInput scansOf(const Volume& first, const Volume& second) {
-  ReconstructionInput input;
-  input.stacks = {simulateThickStack(first, 2, 4), simulateThickStack(second, 0, 4)};
+  ReconstructionInput input =
+      testing::inputOf({simulateThickStack(first, 2, 4), simulateThickStack(second, 0, 4)});
   input.stacks[0].name = "first.nii";
   input.stacks[1].name = "second.nii";
   input.outputGrid = first.geometry;
@@ -24,10 +24,7 @@ ReconstructionInput scansOf(const Volume& first, const Volume& second) {
 }
 
 Settings quick(bool align = true) {
-  Settings settings;
-  settings.preset = Preset::Fast;
-  settings.threads = 2;
-  settings.device = "cpu";
+  Settings settings = testing::fastSettings();
   settings.align = align;
   if (!align) settings.sliceMotion = SliceMotionKind::Off;
   return settings;
@@ -54,11 +51,8 @@ ReconstructionInput repeated(const Volume& truth, double noise) {
   ReconstructionInput input;
   input.outputGrid = truth.geometry;
   for (const std::uint64_t seed : {1, 2, 3}) {
-    Stack scan;
-    scan.image = truth;
-    scan.profile = SliceProfile::Point;
+    Stack& scan = input.stacks.emplace_back(testing::pointStack(truth));
     addNoise(scan.image.voxels, noise, seed);
-    input.stacks.push_back(std::move(scan));
   }
   return input;
 }

@@ -2,6 +2,7 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Job/Resume.h"
 #include "JobInputs.h"
+#include "ThrownError.h"
 
 using namespace innergs;
 using namespace innergs::testing;
@@ -200,12 +201,7 @@ TEST(AllAxes, AreRefusedWhereVoxelsAreNotCubes) {
   for (const auto& input : {anisotropicInput(), orthogonalInput()}) {
     Settings settings = quickSettings(2);
     settings.allAxes = true;
-    try {
-      reconstruct(input, settings);
-      FAIL() << "accepted";
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
-    }
+    EXPECT_EQ(test::codeOf([&] { reconstruct(input, settings); }), ErrorCode::InvalidArgument);
   }
 }
 
@@ -268,12 +264,7 @@ TEST(PaperFit, StoppedAnywhereGoesOnToTheSameResult) {
       auto forged = std::make_shared<Model>(*stopped.model);
       change(*forged);
       rest.resume = forged;
-      try {
-        reconstruct(rest, settings);
-      } catch (const Error& error) {
-        return error.code() == ErrorCode::FileFormat;
-      }
-      return false;
+      return test::codeOf([&] { reconstruct(rest, settings); }) == ErrorCode::FileFormat;
     };
     EXPECT_TRUE(refused([](Model& c) { c.optimizer.losses.resize(1000); }));
     EXPECT_TRUE(refused([](Model& c) { c.optimizer.losses[0] = std::numeric_limits<float>::quiet_NaN(); }));

@@ -1,7 +1,7 @@
 #include "Core/Job/MemoryEstimate.h"
 
-#include "Core/Base/Error.h"
 #include "Core/Base/SystemMemory.h"
+#include "ThrownError.h"
 
 #include <gtest/gtest.h>
 
@@ -42,16 +42,11 @@ TEST(MemoryNeed, RefusesWithTheJobsOwnSentence) {
   const std::string refusal = memoryNeed({&input, 1}, {}).refusal;
   EXPECT_EQ(refusal.find("The reconstruction needs about "), 0u) << refusal;
   input.stacks.front().image.voxels.assign(64 * 64 * 20, 1.f);
-  try {
-    ReconstructionJob(input, {}).run({});
-    ADD_FAILURE() << "not refused";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::Memory);
-    const std::string sentence = error.what(); // the available memory changes from moment to moment
-    EXPECT_EQ(sentence.substr(0, sentence.find(", but only ")),
-              refusal.substr(0, refusal.find(", but only ")));
-    EXPECT_EQ(sentence.substr(sentence.find(" is available")), refusal.substr(refusal.find(" is available")));
-  }
+  const Error error = test::errorOf([&] { ReconstructionJob(input, {}).run({}); });
+  EXPECT_EQ(error.code(), ErrorCode::Memory);
+  const std::string sentence = error.what(); // the available memory changes from moment to moment
+  EXPECT_EQ(sentence.substr(0, sentence.find(", but only ")), refusal.substr(0, refusal.find(", but only ")));
+  EXPECT_EQ(sentence.substr(sentence.find(" is available")), refusal.substr(refusal.find(" is available")));
 }
 
 TEST(MemoryNeed, SaysWhenOnlyTheJudgingIsTooLarge) {

@@ -1,7 +1,6 @@
 #include "Core/Motion/DynamicJob.h"
 #include "MovingPhantom.h"
-
-#include "Core/Base/Error.h"
+#include "ThrownError.h"
 
 #include <cstring>
 #include <gtest/gtest.h>
@@ -80,27 +79,23 @@ TEST(DynamicResume, OfAnotherFitIsRefused) {
   const TimeSeries series = movingPhantom(evenTimes(6));
   const Settings settings = shortFit(DynamicKind::Motion);
   const DynamicResult first = stopped(series, settings, 1);
-  const auto expectRefusal = [&](const TimeSeries& scan, const Settings& asked,
-                                 const std::shared_ptr<const StoppedDynamicFit>& from, ErrorCode code) {
-    try {
-      stopped(scan, asked, 0, from);
-      ADD_FAILURE() << "it was resumed";
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), code) << error.what();
-    }
+  const auto refusal = [](const TimeSeries& scan, const Settings& asked,
+                          const std::shared_ptr<const StoppedDynamicFit>& from) {
+    return test::codeOf([&] { stopped(scan, asked, 0, from); });
   };
   Settings other = settings;
   other.rounds = 16;
-  expectRefusal(series, other, fitOf(first), ErrorCode::InvalidArgument);
+  EXPECT_EQ(refusal(series, other, fitOf(first)), ErrorCode::InvalidArgument);
   TimeSeries scan = series;
   scan.frames[1][7] += 1;
-  expectRefusal(scan, settings, fitOf(first), ErrorCode::InvalidArgument);
+  EXPECT_EQ(refusal(scan, settings, fitOf(first)), ErrorCode::InvalidArgument);
   StoppedDynamicFit complete{*first.field, {}};
-  expectRefusal(series, settings, std::make_shared<const StoppedDynamicFit>(complete),
-                ErrorCode::InvalidArgument);
+  EXPECT_EQ(refusal(series, settings, std::make_shared<const StoppedDynamicFit>(complete)),
+            ErrorCode::InvalidArgument);
   StoppedDynamicFit damaged{*first.field, first.state};
   damaged.state.moments.pop_back();
-  expectRefusal(series, settings, std::make_shared<const StoppedDynamicFit>(damaged), ErrorCode::FileFormat);
+  EXPECT_EQ(refusal(series, settings, std::make_shared<const StoppedDynamicFit>(damaged)),
+            ErrorCode::FileFormat);
 }
 
 TEST(DynamicPreview, IsAFieldOfTheFitAndChangesNothing) {

@@ -1,6 +1,5 @@
 #include "MovingPhantom.h"
-
-#include "Core/Base/Error.h"
+#include "ThrownError.h"
 
 #include <gtest/gtest.h>
 #include <limits>
@@ -10,14 +9,8 @@ using namespace innergs::testing;
 
 namespace {
 
-Error errorOf(const TimeSeries& series) {
-  try {
-    checkTimeSeries(series);
-  } catch (const Error& error) {
-    return error;
-  }
-  ADD_FAILURE() << "nothing was refused";
-  return {ErrorCode::Internal, ""};
+ErrorCode refusal(const TimeSeries& series) {
+  return test::codeOf([&] { checkTimeSeries(series); });
 }
 
 } // namespace
@@ -29,21 +22,21 @@ TEST(TimeSeries, UnevenTimesAndBrokenVoxelsAreFine) {
 }
 
 TEST(TimeSeries, RefusesWhatIsNoMovingScan) {
-  EXPECT_EQ(errorOf(movingPhantom({0})).code(), ErrorCode::InvalidArgument);
-  EXPECT_EQ(errorOf(movingPhantom({0, 1, 1})).code(), ErrorCode::InvalidArgument);
-  EXPECT_EQ(errorOf(movingPhantom({0, 2, 1})).code(), ErrorCode::InvalidArgument);
-  EXPECT_EQ(errorOf(movingPhantom({0, std::numeric_limits<double>::quiet_NaN()})).code(),
+  EXPECT_EQ(refusal(movingPhantom({0})), ErrorCode::InvalidArgument);
+  EXPECT_EQ(refusal(movingPhantom({0, 1, 1})), ErrorCode::InvalidArgument);
+  EXPECT_EQ(refusal(movingPhantom({0, 2, 1})), ErrorCode::InvalidArgument);
+  EXPECT_EQ(refusal(movingPhantom({0, std::numeric_limits<double>::quiet_NaN()})),
             ErrorCode::InvalidArgument);
   TimeSeries series = movingPhantom({0, 1, 2});
   series.times.pop_back();
-  EXPECT_EQ(errorOf(series).code(), ErrorCode::InvalidArgument);
+  EXPECT_EQ(refusal(series), ErrorCode::InvalidArgument);
   series = movingPhantom({0, 1, 2});
   series.frames[1].pop_back();
-  EXPECT_EQ(errorOf(series).code(), ErrorCode::Geometry);
+  EXPECT_EQ(refusal(series), ErrorCode::Geometry);
   series = movingPhantom({0, 1, 2});
   series.frames[1] = series.frames[2] = series.frames[0];
-  EXPECT_EQ(errorOf(series).code(), ErrorCode::NoData);
+  EXPECT_EQ(refusal(series), ErrorCode::NoData);
   for (auto& frame : series.frames)
     frame.assign(frame.size(), std::numeric_limits<float>::infinity());
-  EXPECT_EQ(errorOf(series).code(), ErrorCode::NoData);
+  EXPECT_EQ(refusal(series), ErrorCode::NoData);
 }

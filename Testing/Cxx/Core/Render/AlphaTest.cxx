@@ -99,11 +99,7 @@ TEST(Alpha, PointsAreThoseOfSlicesAcrossTheModelsThirdAxis) {
   GridGeometry slice = grid(19, 17, 1, {0.9, 1.1, 1}, {0, 0, 0}, field.modelToWorld.linear);
   slice.origin = field.modelToWorld(Vec3{-8, -9, 1.7});
   const Volume volume = render(field, slice);
-  std::vector<Vec3> points;
-  for (int j = 0; j < 17; ++j)
-    for (int i = 0; i < 19; ++i)
-      points.push_back(slice.indexToWorld()({double(i), double(j), 0}));
-  const auto values = renderPoints(field, points);
+  const auto values = renderPoints(field, pointsOf(slice));
   for (std::size_t v = 0; v < values.size(); ++v)
     ASSERT_NEAR(values[v], volume.voxels[v], 1e-5);
 }

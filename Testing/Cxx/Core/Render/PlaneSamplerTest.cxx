@@ -1,10 +1,10 @@
 #include "Core/Render/PlaneSampler.h"
 
-#include "Core/Base/Error.h"
 #include "Core/Model/DomainBox.h"
 #include "Core/Render/Render.h"
 #include "RandomFields.h"
 #include "TestVolumes.h"
+#include "ThrownError.h"
 
 #include <gtest/gtest.h>
 
@@ -95,11 +95,6 @@ TEST(PlaneSampler, RefusesWhatIsNoPlane) {
   EXPECT_THROW(sampler.sample({}, 4, 4, out), Error);
   std::stop_source stop;
   stop.request_stop();
-  try {
-    sampler.sample({}, 4, 3, out, stop.get_token());
-    FAIL() << "not stopped";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::Cancelled);
-  }
+  EXPECT_EQ(test::codeOf([&] { sampler.sample({}, 4, 3, out, stop.get_token()); }), ErrorCode::Cancelled);
   EXPECT_NO_THROW(sampler.sample({}, 4, 3, out)) << "the next one is not stopped";
 }

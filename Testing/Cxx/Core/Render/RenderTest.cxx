@@ -1,9 +1,9 @@
 #include "Core/Render/Render.h"
-#include "Core/Base/Error.h"
 #include "Core/Render/RenderPoints.h"
 #include "RandomFields.h"
 #include "ReferenceModel.h"
 #include "TestVolumes.h"
+#include "ThrownError.h"
 
 #include <gtest/gtest.h>
 
@@ -36,16 +36,6 @@ GridGeometry obliqueGrid() {
 double rangeOf(const Volume& volume) {
   const auto [low, high] = std::minmax_element(volume.voxels.begin(), volume.voxels.end());
   return *high - *low;
-}
-
-std::vector<Vec3> pointsOf(const GridGeometry& geometry) {
-  std::vector<Vec3> points;
-  const Affine3 map = geometry.indexToWorld();
-  for (std::int64_t k = 0; k < geometry.size[2]; ++k)
-    for (std::int64_t j = 0; j < geometry.size[1]; ++j)
-      for (std::int64_t i = 0; i < geometry.size[0]; ++i)
-        points.push_back(map({double(i), double(j), double(k)}));
-  return points;
 }
 
 struct Way {
@@ -325,37 +315,26 @@ TEST(RenderingOfADomain, EndsAtItsBoxThroughEveryPath) {
 
 TEST(RenderingErrors, AreRefusedInASentence) {
   const GaussianField field = fieldOn(obliqueGrid(), Blending::Normalised, true);
-  const auto code = [](auto&& call) {
-    try {
-      call();
-    } catch (const Error& error) {
-      EXPECT_FALSE(std::string(error.what()).empty());
-      return error.code();
-    }
-    return ErrorCode::Internal;
-  };
   RenderOptions options;
   const std::vector<float> three(3, 1.f);
   options.values = three;
-  EXPECT_EQ(code([&] { render(field, obliqueGrid(), options); }), ErrorCode::InvalidArgument);
-  EXPECT_EQ(code([&] {
-              renderPoints(field, std::vector<Vec3>{{0, 0, 0}}, options);
-            }),
-            ErrorCode::InvalidArgument);
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(code([&] { renderPoints(field, std::vector<Vec3>{{0, nan, 0}}); }), ErrorCode::InvalidArgument);
+  EXPECT_EQ(test::codeOf([&] { render(field, obliqueGrid(), options); }), ErrorCode::InvalidArgument);
+  const std::vector<Vec3> one{{0, 0, 0}}, nowhere{{0, std::numeric_limits<double>::quiet_NaN(), 0}};
+  EXPECT_EQ(test::codeOf([&] { renderPoints(field, one, options); }), ErrorCode::InvalidArgument);
+  EXPECT_EQ(test::codeOf([&] { renderPoints(field, nowhere); }), ErrorCode::InvalidArgument);
   GridGeometry broken = obliqueGrid();
   broken.spacing[1] = 0;
-  EXPECT_EQ(code([&] { render(field, broken); }), ErrorCode::Geometry);
+  EXPECT_EQ(test::codeOf([&] { render(field, broken); }), ErrorCode::Geometry);
   RenderOptions unknown;
   unknown.instructionSet = "MMX";
-  EXPECT_EQ(code([&] { render(field, obliqueGrid(), unknown); }), ErrorCode::InvalidArgument);
+  EXPECT_EQ(test::codeOf([&] { render(field, obliqueGrid(), unknown); }), ErrorCode::InvalidArgument);
   std::stop_source source;
   source.request_stop();
   RenderOptions stopped;
   stopped.stop = source.get_token();
-  EXPECT_EQ(code([&] { render(field, obliqueGrid(), stopped); }), ErrorCode::Cancelled);
-  EXPECT_EQ(code([&] { renderPoints(field, pointsOf(obliqueGrid()), stopped); }), ErrorCode::Cancelled);
+  EXPECT_EQ(test::codeOf([&] { render(field, obliqueGrid(), stopped); }), ErrorCode::Cancelled);
+  EXPECT_EQ(test::codeOf([&] { renderPoints(field, pointsOf(obliqueGrid()), stopped); }),
+            ErrorCode::Cancelled);
 }
 
 TEST(RenderingOfPoints, AcceptsNoneOneAndManyInAPlane) {
