@@ -51,8 +51,7 @@ void EllipsoidNodes::show(vtkMRMLInnerGSModelNode* model) {
         innergs::sentenceOf([&] { surfaces = ellipsoidSurfaces(copy, options, &problem); });
     if (!thrown.empty()) problem = QString::fromStdString(thrown);
     return [this, id, options, core, problem, surfaces] {
-      auto* now = vtkMRMLInnerGSModelNode::SafeDownCast(scene_ ? scene_->GetNodeByID(id.toUtf8().constData())
-                                                               : nullptr);
+      auto* now = nodeOf<vtkMRMLInnerGSModelNode>(scene_, id);
       if (!pending_.contains(id)) return;                                            // hidden in the meantime
       if (now && now->GetModel() && now->GetModel()->GetCoreModel() != core) return; // newer ones follow
       pending_.remove(id);

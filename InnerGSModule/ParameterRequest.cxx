@@ -5,16 +5,9 @@
 #include <vtkMRMLInnerGSModelNode.h>
 #include <vtkMRMLInnerGSParameterNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
-#include <vtkMRMLScene.h>
 
 namespace innergs::ui {
 namespace {
-
-template <class Node>
-Node* nodeOf(vtkMRMLNode* owner, const QString& id) {
-  vtkMRMLScene* scene = owner->GetScene();
-  return scene && !id.isEmpty() ? Node::SafeDownCast(scene->GetNodeByID(id.toUtf8().constData())) : nullptr;
-}
 
 QStringList masksOf(const Request& request) {
   QStringList masks{request.maskId};
@@ -58,33 +51,34 @@ std::vector<vtkMRMLNode*> masksOf(vtkMRMLInnerGSParameterNode* node) {
 
 void setRequest(vtkMRMLInnerGSParameterNode* node, const Request& request) {
   const Request before = requestOf(node);
+  vtkMRMLScene* scene = node->GetScene();
   QVector<InputChoice> inputs;
   for (const InputChoice& input : request.inputs)
-    if (nodeOf<vtkMRMLVolumeNode>(node, input.id)) inputs.append(input);
+    if (nodeOf<vtkMRMLVolumeNode>(scene, input.id)) inputs.append(input);
 
   MRMLNodeModifyBlocker blocker(node);
   if (inputs != before.inputs) {
     node->RemoveAllInputVolumeNodes();
     for (const InputChoice& input : inputs) {
-      auto* volume = nodeOf<vtkMRMLVolumeNode>(node, input.id);
+      auto* volume = nodeOf<vtkMRMLVolumeNode>(scene, input.id);
       node->AddInputVolumeNode(volume);
       node->SetInputSliceThickness(volume, input.sliceThickness);
       node->SetInputSliceProfile(volume, input.sliceProfile);
       node->SetInputSliceAxis(volume, input.sliceAxis);
-      node->SetInputMaskNode(volume, nodeOf<vtkMRMLNode>(node, input.maskId));
+      node->SetInputMaskNode(volume, nodeOf<vtkMRMLNode>(scene, input.maskId));
     }
   }
-  if (request.maskId != before.maskId) node->SetMaskNode(nodeOf<vtkMRMLNode>(node, request.maskId));
+  if (request.maskId != before.maskId) node->SetMaskNode(nodeOf<vtkMRMLNode>(scene, request.maskId));
   if (masksOf(request) != masksOf(before)) node->SetMaskSegmentID(""); // of a mask before
-  if (request.regionId != before.regionId) node->SetROINode(nodeOf<vtkMRMLNode>(node, request.regionId));
+  if (request.regionId != before.regionId) node->SetROINode(nodeOf<vtkMRMLNode>(scene, request.regionId));
   node->SetOutputGrid(static_cast<int>(request.grid));
   node->SetOutputSpacing(request.spacing);
   if (request.referenceId != before.referenceId)
-    node->SetReferenceVolumeNode(nodeOf<vtkMRMLVolumeNode>(node, request.referenceId));
+    node->SetReferenceVolumeNode(nodeOf<vtkMRMLVolumeNode>(scene, request.referenceId));
   if (request.outputVolumeId != before.outputVolumeId)
-    node->SetOutputVolumeNode(nodeOf<vtkMRMLScalarVolumeNode>(node, request.outputVolumeId));
+    node->SetOutputVolumeNode(nodeOf<vtkMRMLScalarVolumeNode>(scene, request.outputVolumeId));
   if (request.outputModelId != before.outputModelId)
-    node->SetOutputModelNode(nodeOf<vtkMRMLInnerGSModelNode>(node, request.outputModelId));
+    node->SetOutputModelNode(nodeOf<vtkMRMLInnerGSModelNode>(scene, request.outputModelId));
   node->SetSettings(request.settings);
   node->SetHeldOutFraction(request.heldOutFraction);
   node->SetResumeFileName(request.resumeFile.toStdString());

@@ -2,6 +2,7 @@
 #include <vtkObject.h>
 #include <vtkWeakPointer.h>
 
+#include <initializer_list>
 #include <vector>
 
 /// Observers of VTK objects, removed with this. The objects may be deleted earlier.
@@ -13,9 +14,10 @@ public:
   ScopedObservers& operator=(const ScopedObservers&) = delete;
 
   template <class Owner>
-  void add(vtkObject* object, unsigned long event, Owner* owner,
+  void add(vtkObject* object, std::initializer_list<unsigned long> events, Owner* owner,
            void (Owner::*method)(vtkObject*, unsigned long, void*)) {
-    if (object) list_.push_back({object, object->AddObserver(event, owner, method)});
+    for (const unsigned long event : events)
+      if (object) list_.push_back({object, object->AddObserver(event, owner, method)});
   }
   void clear() {
     for (const Watch& watch : list_)

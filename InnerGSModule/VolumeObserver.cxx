@@ -50,11 +50,10 @@ void VolumeObserver::observe() {
   std::vector<vtkMRMLNode*> nodes;
   if (scene_ && active_) scene_->GetNodesByClass("vtkMRMLVolumeNode", nodes);
   for (vtkMRMLNode* node : nodes)
-    for (const unsigned long event :
-         {static_cast<unsigned long>(vtkCommand::ModifiedEvent),
-          static_cast<unsigned long>(vtkMRMLVolumeNode::ImageDataModifiedEvent),
-          static_cast<unsigned long>(vtkMRMLTransformableNode::TransformModifiedEvent)})
-      observers_.add(node, event, this, &VolumeObserver::onVolume);
+    observers_.add(node,
+                   {vtkCommand::ModifiedEvent, vtkMRMLVolumeNode::ImageDataModifiedEvent,
+                    vtkMRMLTransformableNode::TransformModifiedEvent},
+                   this, &VolumeObserver::onVolume);
 }
 
 /// What the panels show of the volumes, without their voxels.

@@ -104,12 +104,11 @@ void qSlicerInnerGSHost::setLogic(vtkSlicerInnerGSLogic* logic) {
   logicObservers_.clear();
   logic_ = logic;
   motion_->setLogic(logic);
-  if (!logic) return;
-  for (const unsigned long event :
-       {vtkSlicerInnerGSLogic::JobStartedEvent, vtkSlicerInnerGSLogic::JobProgressEvent,
-        vtkSlicerInnerGSLogic::JobPreviewEvent, vtkSlicerInnerGSLogic::JobFinishedEvent,
-        vtkSlicerInnerGSLogic::JobFailedEvent, vtkSlicerInnerGSLogic::JobCancelledEvent})
-    logicObservers_.add(logic, event, this, &qSlicerInnerGSHost::onJob);
+  logicObservers_.add(logic,
+                      {vtkSlicerInnerGSLogic::JobStartedEvent, vtkSlicerInnerGSLogic::JobProgressEvent,
+                       vtkSlicerInnerGSLogic::JobPreviewEvent, vtkSlicerInnerGSLogic::JobFinishedEvent,
+                       vtkSlicerInnerGSLogic::JobFailedEvent, vtkSlicerInnerGSLogic::JobCancelledEvent},
+                      this, &qSlicerInnerGSHost::onJob);
 }
 
 void qSlicerInnerGSHost::setMRMLScene(vtkMRMLScene* scene) {
@@ -123,11 +122,11 @@ void qSlicerInnerGSHost::setMRMLScene(vtkMRMLScene* scene) {
   scene_ = scene;
   volumeObserver_->setMRMLScene(scene);
   ellipsoids_->setMRMLScene(scene);
-  if (scene)
-    for (const unsigned long event : {vtkMRMLScene::NodeAddedEvent, vtkMRMLScene::NodeAboutToBeRemovedEvent,
-                                      vtkMRMLScene::NodeRemovedEvent, vtkMRMLScene::EndBatchProcessEvent,
-                                      vtkMRMLScene::EndImportEvent, vtkMRMLScene::EndCloseEvent})
-      sceneObservers_.add(scene, event, this, &qSlicerInnerGSHost::onScene);
+  sceneObservers_.add(scene,
+                      {vtkMRMLScene::NodeAddedEvent, vtkMRMLScene::NodeAboutToBeRemovedEvent,
+                       vtkMRMLScene::NodeRemovedEvent, vtkMRMLScene::EndBatchProcessEvent,
+                       vtkMRMLScene::EndImportEvent, vtkMRMLScene::EndCloseEvent},
+                      this, &qSlicerInnerGSHost::onScene);
   Q_EMIT mrmlSceneChanged(scene);
   changed_.start();
 }
@@ -156,9 +155,7 @@ void qSlicerInnerGSHost::store(const Request& request) {
 }
 
 vtkMRMLInnerGSModelNode* qSlicerInnerGSHost::modelNode(const QString& id) const {
-  return scene_ && !id.isEmpty()
-             ? vtkMRMLInnerGSModelNode::SafeDownCast(scene_->GetNodeByID(id.toUtf8().constData()))
-             : nullptr;
+  return nodeOf<vtkMRMLInnerGSModelNode>(scene_, id);
 }
 
 QString qSlicerInnerGSHost::lastError() const {
@@ -479,8 +476,7 @@ QString qSlicerInnerGSHost::addVolumeOf(const QString& modelId, const std::array
                                         vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
                                         QString* error) {
   const QString id = addVolume(image, ijkToRAS, name, error);
-  auto* volume = vtkMRMLScalarVolumeNode::SafeDownCast(
-      id.isEmpty() ? nullptr : scene_->GetNodeByID(id.toUtf8().constData()));
+  auto* volume = nodeOf<vtkMRMLScalarVolumeNode>(scene_, id);
   if (!volume) return id;
   if (vtkMRMLScalarVolumeDisplayNode* display = volume->GetScalarVolumeDisplayNode()) {
     display->SetAutoWindowLevel(0);
@@ -521,11 +517,10 @@ void qSlicerInnerGSHost::watchModels() {
   std::vector<vtkMRMLNode*> nodes;
   if (scene_) scene_->GetNodesByClass("vtkMRMLInnerGSModelNode", nodes);
   for (vtkMRMLNode* node : nodes)
-    for (const unsigned long event :
-         {static_cast<unsigned long>(vtkCommand::ModifiedEvent),
-          static_cast<unsigned long>(vtkMRMLInnerGSModelNode::ModelModifiedEvent),
-          static_cast<unsigned long>(vtkMRMLTransformableNode::TransformModifiedEvent)})
-      modelObservers_.add(node, event, this, &qSlicerInnerGSHost::onModel);
+    modelObservers_.add(node,
+                        {vtkCommand::ModifiedEvent, vtkMRMLInnerGSModelNode::ModelModifiedEvent,
+                         vtkMRMLTransformableNode::TransformModifiedEvent},
+                        this, &qSlicerInnerGSHost::onModel);
   for (const QString& id : places_.keys())
     if (!modelNode(id)) places_.remove(id);
 }
@@ -543,10 +538,9 @@ void qSlicerInnerGSHost::watchChosen() {
   watchedRegion_ = region;
   chosenEdited_.stop();
   chosenObservers_.clear();
-  chosenObservers_.add(parameters, vtkCommand::ModifiedEvent, this, &qSlicerInnerGSHost::onParameters);
+  chosenObservers_.add(parameters, {vtkCommand::ModifiedEvent}, this, &qSlicerInnerGSHost::onParameters);
   const auto watch = [this](vtkMRMLNode* node, std::initializer_list<unsigned long> events) {
-    for (const unsigned long event : events)
-      chosenObservers_.add(node, event, this, &qSlicerInnerGSHost::onChosen);
+    chosenObservers_.add(node, events, this, &qSlicerInnerGSHost::onChosen);
   };
   watch(region, {vtkCommand::ModifiedEvent, vtkMRMLTransformableNode::TransformModifiedEvent,
                  vtkMRMLMarkupsNode::PointModifiedEvent});
@@ -588,8 +582,7 @@ void qSlicerInnerGSHost::fitRegion(vtkMRMLNode* node) {
 }
 
 VolumeInfo qSlicerInnerGSHost::volumeInfo(const QString& id) const {
-  auto* node =
-      vtkMRMLVolumeNode::SafeDownCast(scene_ ? scene_->GetNodeByID(id.toUtf8().constData()) : nullptr);
+  auto* node = nodeOf<vtkMRMLVolumeNode>(scene_, id);
   VolumeInfo info = infoOf(node);
   if (logic_ && info.sliceAxis == 2) info.sliceThickness = logic_->GetDicomSliceThickness(node);
   return info;
@@ -601,7 +594,7 @@ VolumeInfo qSlicerInnerGSHost::volumeInfo(const QString& id) const {
 std::function<innergs::NamedLabels(const std::stop_token&)>
 qSlicerInnerGSHost::labelsFor(const QString& modelId, const QString& labelsId, const QString&,
                               QString* error) {
-  vtkMRMLNode* labels = scene_ ? scene_->GetNodeByID(labelsId.toUtf8().constData()) : nullptr;
+  auto* labels = nodeOf<vtkMRMLNode>(scene_, labelsId);
   std::function<innergs::NamedLabels(const std::stop_token&)> later;
   if (logic_) later = logic_->LabelsLater(modelNode(modelId), labels);
   if (!later) *error = lastError();

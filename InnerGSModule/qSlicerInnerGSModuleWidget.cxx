@@ -9,6 +9,7 @@
 #include "Widgets/LogPanel.h"
 #include "Widgets/ModelPanel.h"
 #include "Widgets/MotionPanel.h"
+#include "Widgets/PanelTools.h"
 #include "Widgets/QueryPanel.h"
 #include "Widgets/ReconstructionPanel.h"
 #include "qSlicerInnerGSHost.h"
@@ -61,6 +62,20 @@ ctkCollapsibleButton* section(const QString& title, const char* name, bool open,
   return button;
 }
 
+/// A line of text, until there is one.
+QLabel* hiddenLine(const char* name) {
+  auto* line = named(new QLabel, name);
+  line->setWordWrap(true);
+  line->hide();
+  return line;
+}
+
+/// Hidden when it is empty.
+void showLine(QLabel* line, const QString& text) {
+  line->setText(text);
+  line->setVisible(!text.isEmpty());
+}
+
 } // namespace
 
 //------------------------------------------------------------------------------ panels
@@ -72,15 +87,14 @@ QWidget* qSlicerInnerGSModuleWidgetPrivate::makeParameterRow() {
   layout->setContentsMargins(row->style()->pixelMetric(QStyle::PM_LayoutLeftMargin), 0,
                              row->style()->pixelMetric(QStyle::PM_LayoutRightMargin), 0);
   auto* label = new QLabel(tr("&Parameter set:"));
-  parameterSets = new qMRMLNodeComboBox;
-  parameterSets->setObjectName("ParameterNodeComboBox");
+  parameterSets = named(new qMRMLNodeComboBox, "ParameterNodeComboBox",
+                        tr("All choices below, saved with the scene. A scene can have several sets."));
   parameterSets->setNodeTypes({"vtkMRMLInnerGSParameterNode"});
   parameterSets->setNoneEnabled(false);
   parameterSets->setAddEnabled(true);
   parameterSets->setRenameEnabled(true);
   parameterSets->setRemoveEnabled(true);
   parameterSets->setBaseName("InnerGS");
-  parameterSets->setToolTip(tr("All choices below, saved with the scene. A scene can have several sets."));
   QObject::connect(parameterSets, &qMRMLNodeComboBox::nodeAddedByUser, parameterSets, [](vtkMRMLNode* node) {
     if (auto* set = vtkMRMLInnerGSParameterNode::SafeDownCast(node)) set->EvaluateQualityOn(); // as proposed
   });
@@ -93,25 +107,21 @@ QWidget* qSlicerInnerGSModuleWidgetPrivate::makeParameterRow() {
 QWidget* qSlicerInnerGSModuleWidgetPrivate::makeViewRow() {
   const auto tr = [](const char* text) { return qSlicerInnerGSModuleWidget::tr(text); };
   auto* row = new QWidget;
-  auto* layout = new QGridLayout(row);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = layoutWithoutMargins<QGridLayout>(row);
   auto* label = new QLabel(tr("Slice &view:"));
-  sliceView = new qMRMLNodeComboBox;
-  sliceView->setObjectName("SliceViewComboBox");
+  sliceView = named(new qMRMLNodeComboBox, "SliceViewComboBox",
+                    tr("A slice view linked to the plane below: each follows the other."));
   sliceView->setNodeTypes({"vtkMRMLSliceNode"});
   sliceView->setNoneEnabled(true);
   sliceView->setNoneDisplay(tr("Not linked"));
   sliceView->setAddEnabled(false);
   sliceView->setRemoveEnabled(false);
-  sliceView->setToolTip(tr("A slice view linked to the plane below: each follows the other."));
   label->setBuddy(sliceView);
-  modelInView = new QCheckBox(tr("Sho&w the model there"));
-  modelInView->setObjectName("ModelInViewCheckBox");
-  modelInView->setToolTip(tr("Draw the model itself into the view, at the view's resolution."));
+  modelInView = named(new QCheckBox(tr("Sho&w the model there")), "ModelInViewCheckBox",
+                      tr("Draw the model itself into the view, at the view's resolution."));
   modelInView->setEnabled(false);
-  planeIn3D = new QCheckBox(tr("Show the plane in &3D"));
-  planeIn3D->setObjectName("PlaneIn3DCheckBox");
-  planeIn3D->setToolTip(tr("Show the plane with its picture in the 3D views while this section is open."));
+  planeIn3D = named(new QCheckBox(tr("Show the plane in &3D")), "PlaneIn3DCheckBox",
+                    tr("Show the plane with its picture in the 3D views while this section is open."));
   layout->addWidget(label, 0, 0);
   layout->addWidget(sliceView, 0, 1, 1, 2);
   layout->addWidget(modelInView, 1, 1);
@@ -130,44 +140,30 @@ void qSlicerInnerGSModuleWidgetPrivate::makePanels() {
   reconstruction = new ReconstructionPanel(host);
   reconstruction->layout()->setContentsMargins(0, 0, 0, 0);
   part->layout()->addWidget(reconstruction);
-  maskMessage = new QLabel;
-  maskMessage->setObjectName("MaskSegmentLabel");
-  maskMessage->setWordWrap(true);
+  maskMessage = hiddenLine("MaskSegmentLabel");
   maskMessage->setTextInteractionFlags(Qt::TextBrowserInteraction);
-  maskMessage->hide();
   part->layout()->addWidget(maskMessage);
-  rendering = new QPushButton(tr("Show the result in &3D"));
-  rendering->setObjectName("VolumeRenderingButton");
+  rendering = named(new QPushButton(tr("Show the result in &3D")), "VolumeRenderingButton",
+                    tr("Render the last result, or that of the chosen parameter set, in the 3D views"));
   rendering->setCheckable(true);
   rendering->setEnabled(false);
-  rendering->setToolTip(tr("Render the last result, or that of the chosen parameter set, in the 3D views"));
   part->layout()->addWidget(rendering);
-  message = new QLabel;
-  message->setObjectName("MessageLabel");
-  message->setWordWrap(true);
-  message->hide();
+  message = hiddenLine("MessageLabel");
   part->layout()->addWidget(message);
 
   part = querySection = section(tr("Look at any plane"), "QuerySection", false, layout);
   part->layout()->addWidget(makeViewRow());
-  transformMessage = new QLabel;
-  transformMessage->setObjectName("TransformMessageLabel");
-  transformMessage->setWordWrap(true);
-  transformMessage->hide();
+  transformMessage = hiddenLine("TransformMessageLabel");
   part->layout()->addWidget(transformMessage);
   query = new QueryPanel(host);
   part->layout()->addWidget(query);
-  part = section(tr("Find a structure"), "FindSection", false, layout);
-  find = new FindPanel(host);
-  part->layout()->addWidget(find);
-  part = section(tr("Moving scan"), "MotionSection", false, layout);
-  motion = new MotionPanel(host);
-  part->layout()->addWidget(motion);
-  part = section(tr("Model"), "ModelSection", false, layout);
-  model = new ModelPanel(host);
-  part->layout()->addWidget(model);
-  part = section(tr("Log"), "LogSection", false, layout);
-  part->layout()->addWidget(new LogPanel(host));
+  const auto addSection = [&](const QString& title, const char* name, QWidget* panel) {
+    section(title, name, false, layout)->layout()->addWidget(panel);
+  };
+  addSection(tr("Find a structure"), "FindSection", find = new FindPanel(host));
+  addSection(tr("Moving scan"), "MotionSection", motion = new MotionPanel(host));
+  addSection(tr("Model"), "ModelSection", model = new ModelPanel(host));
+  addSection(tr("Log"), "LogSection", new LogPanel(host));
   layout->addStretch(1);
   // The texts of the rows of scans, the mask and the big button change: Scan, Add, Mask, Reconstruct, Cancel.
   const QMainWindow* window = qSlicerApplication::application()->mainWindow();
@@ -193,15 +189,16 @@ void qSlicerInnerGSModuleWidgetPrivate::askBeforeTheEnd() {
 
 void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
   Q_Q(qSlicerInnerGSModuleWidget);
-  QObject::connect(
-      parameterSets,
-      static_cast<void (qMRMLNodeComboBox::*)(vtkMRMLNode*)>(&qMRMLNodeComboBox::currentNodeChanged), q,
-      [this](vtkMRMLNode* node) { setParameters(node); });
+  const auto nodeChosen = QOverload<vtkMRMLNode*>::of(&qMRMLNodeComboBox::currentNodeChanged);
+  QObject::connect(parameterSets, nodeChosen, q, [this](vtkMRMLNode* node) { setParameters(node); });
   QObject::connect(reconstruction, &ReconstructionPanel::requestChanged, q, [this] { toNode(); });
-  for (const auto ended : {&Host::started, &Host::cancelled}) // removing the set would lose the fit
-    QObject::connect(host, ended, q, [this] { parameterSets->setRemoveEnabled(!host->isRunning()); });
-  QObject::connect(host, &Host::failed, q, [this] { parameterSets->setRemoveEnabled(!host->isRunning()); });
-  QObject::connect(host, &Host::finished, q, [this] { parameterSets->setRemoveEnabled(!host->isRunning()); });
+  const auto keepSet = [this] {
+    parameterSets->setRemoveEnabled(!host->isRunning());
+  }; // else the fit is lost
+  QObject::connect(host, &Host::started, q, keepSet);
+  QObject::connect(host, &Host::cancelled, q, keepSet);
+  QObject::connect(host, &Host::failed, q, keepSet);
+  QObject::connect(host, &Host::finished, q, keepSet);
   QObject::connect(host, &Host::finished, q, [this](const Report& report) { onFinished(report); });
   QObject::connect(maskMessage, &QLabel::linkActivated, q, [this] {
     if (parameters()) parameters()->SetMaskSegmentID("");
@@ -211,9 +208,7 @@ void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
     chooseNewScan();
   });
   QObject::connect(rendering, &QPushButton::clicked, q, [this](bool shown) {
-    const QString problem = showIn3D(shownVolume(), shown);
-    message->setText(problem);
-    message->setVisible(!problem.isEmpty());
+    showLine(message, showIn3D(shownVolume(), shown));
     updateViewButtons();
   });
 
@@ -232,14 +227,11 @@ void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
   QObject::connect(query, &QueryPanel::modelIdChanged, q, [this] { explainTransform(); });
   QObject::connect(query, &QueryPanel::planeChanged, views, &qSlicerInnerGSViews::setPlane);
   QObject::connect(views, &qSlicerInnerGSViews::planeChanged, query, &QueryPanel::setPlane);
-  QObject::connect(
-      sliceView,
-      static_cast<void (qMRMLNodeComboBox::*)(vtkMRMLNode*)>(&qMRMLNodeComboBox::currentNodeChanged), q,
-      [this](vtkMRMLNode* node) {
-        modelInView->setChecked(false);
-        enableModelInView();
-        views->link(vtkMRMLSliceNode::SafeDownCast(node));
-      });
+  QObject::connect(sliceView, nodeChosen, q, [this](vtkMRMLNode* node) {
+    modelInView->setChecked(false);
+    enableModelInView();
+    views->link(vtkMRMLSliceNode::SafeDownCast(node));
+  });
   QObject::connect(modelInView, &QCheckBox::toggled, q, [this] { showModelInView(); });
   QObject::connect(query, &QueryPanel::pictureChanged, q, [this](const PlaneImage& picture) {
     plane.setPicture(picture, host->modelInfo(query->modelId()).bounds);
@@ -257,9 +249,7 @@ vtkMRMLInnerGSParameterNode* qSlicerInnerGSModuleWidgetPrivate::parameters() con
 }
 
 void qSlicerInnerGSModuleWidgetPrivate::explainTransform() {
-  const QString problem = host->modelProblem(query->modelId());
-  transformMessage->setText(problem);
-  transformMessage->setVisible(!problem.isEmpty());
+  showLine(transformMessage, host->modelProblem(query->modelId()));
 }
 
 void qSlicerInnerGSModuleWidgetPrivate::explainMask() {
@@ -446,7 +436,7 @@ QString qSlicerInnerGSModuleWidgetPrivate::showIn3D(vtkMRMLScalarVolumeNode* vol
 void qSlicerInnerGSModuleWidgetPrivate::onFinished(const Report& report) {
   vtkMRMLScene* in = scene();
   if (!in) return;
-  result = vtkMRMLScalarVolumeNode::SafeDownCast(in->GetNodeByID(report.volumeId.toUtf8().constData()));
+  result = nodeOf<vtkMRMLScalarVolumeNode>(in, report.volumeId);
   views->showInSlices(result);
   qSlicerInnerGSViews::frameIn3D(result);
   if (result && rendered != result && qSlicerInnerGSViews::isShownIn3D(rendered)) showIn3D(result, true);

@@ -2,6 +2,7 @@
 
 #include "Core/Base/NumberText.h"
 #include "Core/Motion/TimeSeries.h"
+#include "NodeInfo.h"
 #include "vtkInnerGSDynamicModel.h"
 
 #include <vtkMRMLApplicationLogic.h>
@@ -11,14 +12,11 @@
 #include <vtkMRMLSelectionNode.h>
 #include <vtkMRMLSequenceBrowserNode.h>
 #include <vtkMRMLSequenceNode.h>
-#include <vtkMRMLTableNode.h>
 #include <vtkSlicerInnerGSDynamicRequest.h>
 #include <vtkSlicerInnerGSJob.h>
 
-#include <vtkDataArray.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
-#include <vtkTable.h>
 
 #include <cmath>
 
@@ -28,10 +26,7 @@ using namespace innergs::ui;
 namespace {
 
 vtkMRMLSequenceNode* sequenceOf(vtkSlicerInnerGSLogic* logic, const QString& id) {
-  vtkMRMLScene* scene = logic ? logic->GetMRMLScene() : nullptr;
-  return scene && !id.isEmpty()
-             ? vtkMRMLSequenceNode::SafeDownCast(scene->GetNodeByID(id.toUtf8().constData()))
-             : nullptr;
+  return nodeOf<vtkMRMLSequenceNode>(logic ? logic->GetMRMLScene() : nullptr, id);
 }
 
 double secondsAt(vtkMRMLSequenceNode* sequence, int item) {
@@ -54,19 +49,15 @@ qSlicerInnerGSMotionHost::qSlicerInnerGSMotionHost(QObject* parent) : MotionHost
 void qSlicerInnerGSMotionHost::setLogic(vtkSlicerInnerGSLogic* logic) {
   logicObservers_.clear();
   logic_ = logic;
-  if (!logic) return;
-  for (const unsigned long event :
-       {vtkSlicerInnerGSLogic::JobProgressEvent, vtkSlicerInnerGSLogic::JobPreviewEvent,
-        vtkSlicerInnerGSLogic::JobFinishedEvent, vtkSlicerInnerGSLogic::JobFailedEvent,
-        vtkSlicerInnerGSLogic::JobCancelledEvent})
-    logicObservers_.add(logic, event, this, &qSlicerInnerGSMotionHost::onJob);
+  logicObservers_.add(logic,
+                      {vtkSlicerInnerGSLogic::JobProgressEvent, vtkSlicerInnerGSLogic::JobPreviewEvent,
+                       vtkSlicerInnerGSLogic::JobFinishedEvent, vtkSlicerInnerGSLogic::JobFailedEvent,
+                       vtkSlicerInnerGSLogic::JobCancelledEvent},
+                      this, &qSlicerInnerGSMotionHost::onJob);
 }
 
 vtkMRMLInnerGSModelNode* qSlicerInnerGSMotionHost::modelNode(const QString& id) const {
-  vtkMRMLScene* scene = logic_ ? logic_->GetMRMLScene() : nullptr;
-  auto* node = scene && !id.isEmpty()
-                   ? vtkMRMLInnerGSModelNode::SafeDownCast(scene->GetNodeByID(id.toUtf8().constData()))
-                   : nullptr;
+  auto* node = nodeOf<vtkMRMLInnerGSModelNode>(logic_ ? logic_->GetMRMLScene() : nullptr, id);
   return node && node->IsDynamic() ? node : nullptr;
 }
 
@@ -160,15 +151,7 @@ void qSlicerInnerGSMotionHost::onJob(vtkObject*, unsigned long event, void* data
   vtkMRMLInnerGSModelNode* model = job->GetModelNode();
   for (int n = 0; n < job->GetNumberOfWarnings(); ++n)
     report.warnings << QString::fromStdString(job->GetWarning(n));
-  if (vtkMRMLTableNode* table = job->GetTableNode(); table && table->GetTable()) {
-    vtkTable* rows = table->GetTable();
-    for (vtkIdType r = 0; r < rows->GetNumberOfRows(); ++r)
-      report.quality.push_back({QString::fromStdString(rows->GetValueByName(r, "Method").ToString()),
-                                rows->GetValueByName(r, "PSNR (dB)").ToDouble(),
-                                rows->GetValueByName(r, "SSIM").ToDouble()});
-    if (const char* samples = table->GetAttribute("InnerGS.Samples"))
-      report.samples = QString::fromUtf8(samples);
-  }
+  report.quality = qualityOf(job->GetTableNode(), report.samples);
   report.seconds = job->GetElapsedSeconds();
   if (model) {
     report.modelId = QString::fromUtf8(model->GetID());
@@ -242,7 +225,7 @@ void qSlicerInnerGSMotionHost::watch(const QString& modelId) {
   vtkMRMLSequenceBrowserNode* browser = node ? browserOf(node) : nullptr;
   if (!browser) return;
   selected_ = browser->GetSelectedItemNumber();
-  browserObservers_.add(browser, vtkCommand::ModifiedEvent, this, &qSlicerInnerGSMotionHost::onBrowser);
+  browserObservers_.add(browser, {vtkCommand::ModifiedEvent}, this, &qSlicerInnerGSMotionHost::onBrowser);
 }
 
 void qSlicerInnerGSMotionHost::onBrowser(vtkObject* caller, unsigned long, void*) {

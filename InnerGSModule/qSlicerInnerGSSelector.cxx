@@ -1,5 +1,7 @@
 #include "qSlicerInnerGSSelector.h"
 
+#include "Widgets/PanelTools.h"
+
 #include <qMRMLNodeComboBox.h>
 #include <vtkMRMLNode.h>
 
@@ -50,8 +52,7 @@ qSlicerInnerGSSelector::qSlicerInnerGSSelector(Host::Role role, vtkMRMLScene* sc
   combo_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   combo_->setMRMLScene(scene);
 
-  auto* layout = new QHBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = innergs::ui::layoutWithoutMargins<QHBoxLayout>(this);
   layout->addWidget(combo_);
   setFocusProxy(combo_);
   connect(combo_, &qMRMLNodeComboBox::currentNodeIDChanged, this, &Selector::currentIdChanged);

@@ -1,6 +1,7 @@
 #include "qSlicerInnerGSViews.h"
 
 #include "Cameras.h"
+#include "NodeInfo.h"
 #include "SceneChoices.h"
 
 #include <vtkMRMLInnerGSModelNode.h>
@@ -152,8 +153,7 @@ QString qSlicerInnerGSViews::showModel(vtkMRMLInnerGSModelNode* model) {
   }
   if (vtkMRMLNode* display = followed_->GetDisplayNode()) display->SetSaveWithScene(0);
   background_ = QString::fromUtf8(layers->GetBackgroundVolumeID());
-  auto* before = vtkMRMLScalarVolumeNode::SafeDownCast(
-      slice_->GetScene()->GetNodeByID(background_.toUtf8().constData()));
+  auto* before = innergs::ui::nodeOf<vtkMRMLScalarVolumeNode>(slice_->GetScene(), background_);
   vtkMRMLScalarVolumeDisplayNode* from = before ? before->GetScalarVolumeDisplayNode() : nullptr;
   vtkMRMLScalarVolumeDisplayNode* to = followed_->GetScalarVolumeDisplayNode();
   if (from && to) {

@@ -18,17 +18,16 @@ namespace innergs::ui {
 
 DeviceBox::DeviceBox(QWidget* parent, std::function<DeviceList()> find)
     : QWidget(parent), combo_(new QComboBox(this)), reason_(makeWrappedLabel("deviceReason", this)) {
-  combo_->setObjectName("device");
+  named(combo_, "device",
+        tr("Where the fit runs. Automatic: on a GPU when one is found and has enough memory,\n"
+           "else on the CPU."));
   combo_->addItem(tr("Automatic"), "auto");
   combo_->addItem(tr("CPU"), "cpu");
   combo_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
   combo_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   combo_->setMinimumContentsLength(12);
-  combo_->setToolTip(tr("Where the fit runs. Automatic: on a GPU when one is found and has enough memory,\n"
-                        "else on the CPU."));
   reason_->hide();
-  auto* layout = new QVBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = layoutWithoutMargins<QVBoxLayout>(this);
   layout->addWidget(combo_);
   layout->addWidget(reason_);
   setFocusProxy(combo_);

@@ -12,8 +12,6 @@
 #include <QCompleter>
 #include <QDir>
 #include <QDoubleSpinBox>
-#include <QFileDialog>
-#include <QFileInfo>
 #include <QFormLayout>
 #include <QGroupBox>
 #include <QHBoxLayout>
@@ -36,13 +34,6 @@ namespace {
 constexpr int kHistory = 20;  // queries
 constexpr int kLongest = 300; // bytes of a query, as the lexicon has it
 
-template <class Widget>
-Widget* named(Widget* widget, const char* name, const QString& toolTip) {
-  widget->setObjectName(QString::fromLatin1(name));
-  widget->setToolTip(toolTip);
-  return widget;
-}
-
 QDoubleSpinBox* numberBox(const char* name, const QString& suffix, double highest, double step,
                           const QString& toolTip) {
   auto* box = named(new QDoubleSpinBox, name, toolTip);
@@ -59,8 +50,7 @@ QDoubleSpinBox* numberBox(const char* name, const QString& suffix, double highes
 
 FindPanel::FindPanel(Host* host, QWidget* parent)
     : QWidget(parent), host_(host), worker_(new SegmentWorker(this)) {
-  auto* all = new QVBoxLayout(this);
-  all->setContentsMargins(0, 0, 0, 0);
+  auto* all = layoutWithoutMargins<QVBoxLayout>(this);
   selector_ = named(host_->createSelector(Host::Role::Model, this), "findModel", tr("The model to search"));
   auto* choice = new QHBoxLayout;
   auto* label = new QLabel(tr("&Model"));
@@ -82,12 +72,12 @@ FindPanel::FindPanel(Host* host, QWidget* parent)
   connect(worker_, &SegmentWorker::learned, this, &FindPanel::learned);
   connect(worker_, &SegmentWorker::learningFailed, this, [this](const QString& sentence) {
     endLearning();
-    learningMessage_->setMessage(MessageLine::Kind::Error, sentence);
+    learningMessage_->say(sentence, true);
     Q_EMIT host_->logged(sentence);
   });
   connect(worker_, &SegmentWorker::learningCancelled, this, [this] {
     endLearning();
-    learningMessage_->setMessage(MessageLine::Kind::Information, tr("Stopped. The model is unchanged."));
+    learningMessage_->say(tr("Stopped. The model is unchanged."));
   });
   connect(worker_, &SegmentWorker::decoding, this, [this](double fraction) {
     decoding_->setVisible(fraction < 1);
@@ -107,8 +97,7 @@ FindPanel::~FindPanel() {
 
 QWidget* FindPanel::buildFinding() {
   finding_ = new QWidget(this);
-  auto* all = new QVBoxLayout(finding_);
-  all->setContentsMargins(0, 0, 0, 0);
+  auto* all = layoutWithoutMargins<QVBoxLayout>(finding_);
   text_ =
       named(new QComboBox, "findText",
             tr("A structure in words, in English, Latin, German, French or Spanish: “liver”, “left kidney”, "
@@ -125,11 +114,8 @@ QWidget* FindPanel::buildFinding() {
   completer->setFilterMode(Qt::MatchContains);
   text_->setCompleter(completer);
   find_ = named(new QPushButton(tr("&Find")), "findGo", tr("Show the structure in the views"));
-  auto* label = new QLabel(tr("S&tructure"));
-  label->setBuddy(text_);
-  label->setToolTip(text_->toolTip());
   auto* line = new QHBoxLayout;
-  line->addWidget(label);
+  line->addWidget(labelFor(text_, tr("S&tructure")));
   line->addWidget(text_, 1);
   line->addWidget(find_);
   all->addLayout(line);
@@ -224,10 +210,7 @@ QWidget* FindPanel::buildLearning() {
     auto* line = new QHBoxLayout;
     line->addWidget(names_, 1);
     line->addWidget(choose);
-    auto* label = new QLabel(tr("&Names"));
-    label->setBuddy(names_);
-    label->setToolTip(names_->toolTip());
-    form->addRow(label, line);
+    form->addRow(labelFor(names_, tr("&Names")), line);
     connect(choose, &QPushButton::clicked, this, &FindPanel::chooseNames);
   }
   sparse_ = named(new QCheckBox(tr("Only &some slices are labelled")), "findSparse",
@@ -315,22 +298,14 @@ void FindPanel::updateLearning() {
                                .arg(QLocale().toString(model_->GetSegmented().time))
                          : tr("Learn the labelled structures; takes less than two minutes"));
   learn_->setEnabled(learning_ || (model_ && labels_ && !labels_->currentId().isEmpty()));
-  for (QWidget* part :
-       {static_cast<QWidget*>(labels_), static_cast<QWidget*>(names_), static_cast<QWidget*>(sparse_)})
+  for (QWidget* part : QWidgetList{labels_, names_, sparse_})
     if (part) part->setEnabled(!learning_);
 }
 
 void FindPanel::chooseNames() {
-  auto* dialog = new QFileDialog(this, tr("Names of the labels"), host_->folder(),
-                                 tr("Names (*.json *.seg.nrrd);;All files (*)"));
-  dialog->setObjectName(QStringLiteral("findNamesDialog"));
-  dialog->setAttribute(Qt::WA_DeleteOnClose);
-  dialog->setFileMode(QFileDialog::ExistingFile);
-  connect(dialog, &QFileDialog::fileSelected, this, [this](const QString& file) {
-    host_->setFolder(QFileInfo(file).absolutePath());
-    names_->setText(QDir::toNativeSeparators(file));
-  });
-  dialog->open();
+  askForFile(this, host_, "findNamesDialog", tr("Names of the labels"),
+             tr("Names (*.json *.seg.nrrd);;All files (*)"),
+             [this](const QString& file) { names_->setText(QDir::toNativeSeparators(file)); });
 }
 
 void FindPanel::learnOrCancel() {
@@ -348,7 +323,7 @@ void FindPanel::learnOrCancel() {
       host_->labelsFor(modelId_, labels_->currentId(),
                        names_ ? QDir::fromNativeSeparators(names_->text().trimmed()) : QString(), &problem);
   if (!task.labels) {
-    learningMessage_->setMessage(MessageLine::Kind::Error, problem);
+    learningMessage_->say(problem, true);
     return;
   }
   learning_ = true;
@@ -376,11 +351,10 @@ void FindPanel::learned(const std::shared_ptr<const FeatureModel>& features) {
   else
     problem = host_->setFeatures(learningId_, features);
   if (!problem.isEmpty()) {
-    learningMessage_->setMessage(MessageLine::Kind::Error, problem);
+    learningMessage_->say(problem, true);
     return;
   }
-  learningMessage_->setMessage(
-      MessageLine::Kind::Information,
+  learningMessage_->say(
       tr("Learned %n structures. Save the model to keep them.", nullptr, features->classes() - 1));
   updateModel();
 }
@@ -393,15 +367,12 @@ void FindPanel::find(const QString& text) {
 void FindPanel::ask(int candidate) {
   if (!model_ || model_->GetNumberOfSegments() == 0) return;
   const QString text = candidate >= 0 ? asked_ : text_->currentText().trimmed();
-  if (text.isEmpty()) {
-    clearFound();
-    answer_->setMessage(MessageLine::Kind::Warning, tr("Type a structure, e.g. “liver” or “left kidney”."));
-    return;
-  }
-  if (text.toUtf8().size() > kLongest) {
+  const bool tooLong = text.toUtf8().size() > kLongest;
+  if (text.isEmpty() || tooLong) {
     clearFound();
     answer_->setMessage(MessageLine::Kind::Warning,
-                        tr("That is too long: name one structure, e.g. “liver” or “left kidney”."));
+                        tooLong ? tr("That is too long: name one structure, e.g. “liver” or “left kidney”.")
+                                : tr("Type a structure, e.g. “liver” or “left kidney”."));
     return;
   }
   FindTask task{model_->GetSegmented(), text.toStdString(), candidate, {}};
@@ -418,7 +389,7 @@ void FindPanel::showFound(const FindResult& result) {
   if (!model_ || result.task.model != model_->GetSegmented()) return; // of an earlier model
   if (!result.error.isEmpty()) {
     clearFound();
-    answer_->setMessage(MessageLine::Kind::Error, result.error);
+    answer_->say(result.error, true);
     return;
   }
   if (result.task.query.empty()) return; // only decoded
@@ -484,9 +455,9 @@ void FindPanel::add() {
   QString error;
   const QString name = host_->addSegments(modelId_, made_, &error);
   if (name.isEmpty())
-    answer_->setMessage(MessageLine::Kind::Error, error);
+    answer_->say(error, true);
   else
-    answer_->setMessage(MessageLine::Kind::Information, tr("Kept in “%1”.").arg(name));
+    answer_->say(tr("Kept in “%1”.").arg(name));
 }
 
 } // namespace innergs::ui

@@ -45,37 +45,34 @@ InputRow::InputRow(Host* host, QWidget* parent)
       maskRow_(new QWidget(this)), thickness_(new NumberSpin({0, 1e9}, this)), profile_(new QComboBox(this)),
       axis_(new QComboBox(this)), remove_(new QToolButton(this)) {
   setObjectName("inputRow");
-  selector_->setObjectName("inputSelector");
-  selector_->setToolTip(tr("The scan to reconstruct: one stack of slices."));
+  named(selector_, "inputSelector", tr("The scan to reconstruct: one stack of slices."));
   title_->setBuddy(selector_);
 
-  thickness_->setObjectName("sliceThickness");
+  named(thickness_, "sliceThickness",
+        tr("Thickness of one slice in mm, from the scan's protocol.\n"
+           "auto (0): from the file if it says so (DICOM, NRRD), else the distance\n"
+           "between slices; the line above says which. Enter it if slices overlap or\n"
+           "leave gaps and the file does not say."));
   thickness_->setSuffix(tr(" mm"));
-  thickness_->setToolTip(tr("Thickness of one slice in mm, from the scan's protocol.\n"
-                            "auto (0): from the file if it says so (DICOM, NRRD), else the distance\n"
-                            "between slices; the line above says which. Enter it if slices overlap or\n"
-                            "leave gaps and the file does not say."));
 
-  profile_->setObjectName("sliceProfile");
+  named(profile_, "sliceProfile",
+        tr("How a slice averages the tissue across its thickness:\n"
+           "box: evenly (the usual choice); Gaussian: most in the middle; point: not at all."));
   profile_->addItem(tr("point"), 0);
   profile_->addItem(tr("box"), 1);
   profile_->addItem(tr("Gaussian"), 2);
   profile_->setCurrentIndex(1);
-  profile_->setToolTip(
-      tr("How a slice averages the tissue across its thickness:\n"
-         "box: evenly (the usual choice); Gaussian: most in the middle; point: not at all."));
 
-  axis_->setObjectName("sliceAxis");
+  named(axis_, "sliceAxis",
+        tr("The voxel axis that counts the slices.\n"
+           "auto: the one with clearly the coarsest spacing, else K."));
   axis_->addItem(tr("auto"), -1);
   for (int a = 0; a < 3; ++a)
     axis_->addItem(kAxisNames[a], a);
-  axis_->setToolTip(tr("The voxel axis that counts the slices.\n"
-                       "auto: the one with clearly the coarsest spacing, else K."));
 
-  remove_->setObjectName("removeInput");
+  named(remove_, "removeInput", tr("Remove this scan from the list."));
   remove_->setText(QString::fromUtf8("−"));
   remove_->setFocusPolicy(Qt::StrongFocus);
-  remove_->setToolTip(tr("Remove this scan from the list."));
   remove_->setAccessibleName(tr("Remove scan"));
 
   for (QComboBox* combo : {profile_, axis_})
@@ -93,8 +90,7 @@ InputRow::InputRow(Host* host, QWidget* parent)
   head->addWidget(title_);
   head->addWidget(selector_, 1);
   head->addWidget(remove_);
-  auto* grid = new QGridLayout(this);
-  grid->setContentsMargins(0, 0, 0, 0);
+  auto* grid = layoutWithoutMargins<QGridLayout>(this);
   grid->setVerticalSpacing(2);
   grid->addLayout(head, 0, 0, 1, 3);
   grid->addWidget(description_, 1, 0, 1, 3);
@@ -104,13 +100,11 @@ InputRow::InputRow(Host* host, QWidget* parent)
   grid->addWidget(thickness_, 3, 0);
   grid->addWidget(profile_, 3, 1);
   grid->addWidget(axis_, 3, 2);
-  auto* maskLayout = new QHBoxLayout(maskRow_);
-  maskLayout->setContentsMargins(0, 0, 0, 0);
+  auto* maskLayout = layoutWithoutMargins<QHBoxLayout>(maskRow_);
   if (host->offers(Host::Role::Mask)) {
-    mask_ = host->createSelector(Host::Role::Mask, maskRow_);
-    mask_->setObjectName("ownMaskSelector");
-    mask_->setToolTip(tr("A mask for this scan alone, where it was scanned.\n"
-                         "None: the mask for all scans, below."));
+    mask_ = named(host->createSelector(Host::Role::Mask, maskRow_), "ownMaskSelector",
+                  tr("A mask for this scan alone, where it was scanned.\n"
+                     "None: the mask for all scans, below."));
     mask_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
     maskLayout->addWidget(label(tr("Own mask"), mask_));
     maskLayout->addWidget(mask_, 1);

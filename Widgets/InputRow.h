@@ -24,7 +24,6 @@ public:
   void setPlace(int number, bool alone);
   /// Shows the volume again after a change in the host.
   void refresh();
-  QWidget* firstField() const { return fields().first(); }
   /// In the order of Tab.
   QVector<QWidget*> fields() const;
 

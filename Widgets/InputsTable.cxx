@@ -1,6 +1,7 @@
 #include "Widgets/InputsTable.h"
 
 #include "Widgets/InputRow.h"
+#include "Widgets/PanelTools.h"
 
 #include <QSignalBlocker>
 #include <QToolButton>
@@ -13,13 +14,12 @@ namespace innergs::ui {
 
 InputsTable::InputsTable(Host* host, QWidget* parent)
     : QWidget(parent), host_(host), rowsLayout_(new QVBoxLayout), add_(new QToolButton(this)) {
-  add_->setObjectName("addInput");
+  named(add_, "addInput",
+        tr("Add a scan of the same patient in another orientation:\n"
+           "together they give a sharper result."));
   add_->setText(tr("&Add another scan"));
-  add_->setToolTip(tr("Add a scan of the same patient in another orientation:\n"
-                      "together they give a sharper result."));
   add_->setFocusPolicy(Qt::StrongFocus);
-  auto* layout = new QVBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = layoutWithoutMargins<QVBoxLayout>(this);
   layout->addLayout(rowsLayout_);
   layout->addWidget(add_, 0, Qt::AlignLeft);
   addRow();

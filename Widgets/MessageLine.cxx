@@ -11,8 +11,7 @@ namespace innergs::ui {
 
 MessageLine::MessageLine(QWidget* parent)
     : QWidget(parent), icon_(new QLabel(this)), label_(makeWrappedLabel("messageText", this)) {
-  auto* layout = new QHBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = layoutWithoutMargins<QHBoxLayout>(this);
   layout->addWidget(icon_, 0, Qt::AlignTop);
   layout->addWidget(label_, 1);
   label_->setTextInteractionFlags(Qt::TextSelectableByMouse | Qt::TextSelectableByKeyboard);
@@ -24,6 +23,10 @@ void MessageLine::setMessage(Kind kind, const QString& text) {
   label_->setText(text);
   setIcon();
   setVisible(!text.isEmpty());
+}
+
+void MessageLine::say(const QString& sentence, bool error) {
+  setMessage(error ? Kind::Error : Kind::Information, sentence);
 }
 
 void MessageLine::clear() {

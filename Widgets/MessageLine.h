@@ -13,6 +13,8 @@ public:
 
   explicit MessageLine(QWidget* parent = nullptr);
   void setMessage(Kind kind, const QString& text);
+  /// What was done, or why it could not be.
+  void say(const QString& sentence, bool error = false);
   void clear();
   QString text() const;
   Kind kind() const { return kind_; }

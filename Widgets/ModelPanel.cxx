@@ -3,14 +3,12 @@
 #include "IO/Ply.h"
 #include "Widgets/MessageLine.h"
 #include "Widgets/PanelTools.h"
-#include "Widgets/SaveDialog.h"
 #include "Widgets/TextFormat.h"
 
 #include "vtkInnerGSModel.h"
 
 #include <QCheckBox>
 #include <QDir>
-#include <QFileDialog>
 #include <QFileInfo>
 #include <QFormLayout>
 #include <QHBoxLayout>
@@ -39,18 +37,16 @@ ModelPanel::ModelPanel(Host* host, QWidget* parent) : QWidget(parent), host_(hos
   connect(load_, &QPushButton::clicked, this, &ModelPanel::load);
   connect(save_, &QPushButton::clicked, this, &ModelPanel::save);
   connect(ellipsoids_, &QCheckBox::clicked, this, [this](bool shown) {
-    say(host_->showEllipsoids(modelId_, shown), true);
+    message_->say(host_->showEllipsoids(modelId_, shown), true);
     refresh(); // shows what is, not what was asked for
   });
   refresh();
 }
 
 void ModelPanel::build() {
-  auto* all = new QVBoxLayout(this);
-  all->setContentsMargins(0, 0, 0, 0);
-  selector_ = host_->createSelector(Host::Role::Model, this);
-  selector_->setObjectName(QStringLiteral("modelSelector"));
-  selector_->setToolTip(tr("The model that this panel shows"));
+  auto* all = layoutWithoutMargins<QVBoxLayout>(this);
+  selector_ = named(host_->createSelector(Host::Role::Model, this), "modelSelector",
+                    tr("The model that this panel shows"));
   auto* choice = new QHBoxLayout;
   auto* label = new QLabel(tr("&Model"));
   label->setBuddy(selector_);
@@ -62,12 +58,10 @@ void ModelPanel::build() {
   form->setLabelAlignment(Qt::AlignLeft);
   form->setRowWrapPolicy(QFormLayout::DontWrapRows);
   const auto row = [&](QLabel*& value, const char* name, const QString& text, const QString& toolTip) {
-    value = new QLabel;
-    value->setObjectName(QString::fromLatin1(name));
+    value = named(new QLabel, name, toolTip);
     value->setWordWrap(true);
     value->setTextFormat(Qt::PlainText);
     value->setTextInteractionFlags(Qt::TextSelectableByMouse | Qt::TextSelectableByKeyboard);
-    value->setToolTip(toolTip);
     auto* title = new QLabel(text);
     title->setToolTip(toolTip);
     title->setAlignment(Qt::AlignLeft | Qt::AlignTop);
@@ -85,16 +79,13 @@ void ModelPanel::build() {
   row(description_, "modelDescription", tr("Summary"), tr("Its Gaussians, blending, extent and memory"));
   all->addLayout(form);
 
-  ellipsoids_ = new QCheckBox(tr("Show &ellipsoids"));
-  ellipsoids_->setObjectName(QStringLiteral("modelEllipsoids"));
-  ellipsoids_->setToolTip(tr(
-      "Show the Gaussians with the largest weights as ellipsoids (one standard deviation) in the 3D view"));
-  load_ = new QPushButton(tr("&Load…"));
-  load_->setObjectName(QStringLiteral("modelLoad"));
-  load_->setToolTip(tr("Read a model (.innergs) or Gaussians (.ply) from a file"));
-  save_ = new QPushButton(tr("&Save…"));
-  save_->setObjectName(QStringLiteral("modelSave"));
-  save_->setToolTip(tr("Save the model (.innergs: all of it; .ply: its Gaussians for other programs)"));
+  ellipsoids_ = named(new QCheckBox(tr("Show &ellipsoids")), "modelEllipsoids",
+                      tr("Show the Gaussians with the largest weights as ellipsoids (one standard deviation) "
+                         "in the 3D view"));
+  load_ = named(new QPushButton(tr("&Load…")), "modelLoad",
+                tr("Read a model (.innergs) or Gaussians (.ply) from a file"));
+  save_ = named(new QPushButton(tr("&Save…")), "modelSave",
+                tr("Save the model (.innergs: all of it; .ply: its Gaussians for other programs)"));
   auto* buttons = new QHBoxLayout;
   buttons->addWidget(ellipsoids_);
   buttons->addStretch(1);
@@ -105,8 +96,7 @@ void ModelPanel::build() {
   shown_->setToolTip(tr("Those with the largest weights, except those close to the background"));
   all->addWidget(shown_);
 
-  message_ = new MessageLine;
-  message_->setObjectName(QStringLiteral("modelMessage"));
+  message_ = named(new MessageLine, "modelMessage");
   all->addWidget(message_);
 }
 
@@ -147,60 +137,44 @@ void ModelPanel::refresh() {
   save_->setEnabled(known);
   if (id == modelId_) return;
   modelId_ = id;
-  say({});
+  message_->say({});
   Q_EMIT modelIdChanged(id);
 }
 
 void ModelPanel::load() {
-  auto* dialog = new QFileDialog(this, tr("Load a model"), host_->folder(), filters(true));
-  dialog->setObjectName(QStringLiteral("modelLoadDialog"));
-  dialog->setAttribute(Qt::WA_DeleteOnClose);
-  dialog->setFileMode(QFileDialog::ExistingFile);
-  connect(dialog, &QFileDialog::fileSelected, this, &ModelPanel::loadFile);
-  dialog->open();
+  askForFile(this, host_, "modelLoadDialog", tr("Load a model"), filters(true),
+             [this](const QString& file) { loadFile(file); });
 }
 
 void ModelPanel::save() {
-  const ModelInfo info = host_->modelInfo(modelId_);
-  QString name = info.name;
+  QString name = host_->modelInfo(modelId_).name;
   name.replace(QLatin1Char('/'), QLatin1Char('-'));
-  auto* dialog = new SaveDialog(this, tr("Save the model"), host_->folder(), filters(false),
-                                name + QStringLiteral(".innergs"));
-  dialog->setObjectName(QStringLiteral("modelSaveDialog"));
-  dialog->setAttribute(Qt::WA_DeleteOnClose);
-  connect(dialog, &QFileDialog::fileSelected, this, [this, dialog](const QString& file) {
-    if (const QString to = dialog->complete(file); !to.isEmpty()) saveFile(to);
-  });
-  dialog->open();
+  askWhereToSave(this, host_, "modelSaveDialog", tr("Save the model"), filters(false),
+                 name + QStringLiteral(".innergs"), [this](const QString& file) { saveFile(file); });
 }
 
 void ModelPanel::loadFile(const QString& file) {
-  host_->setFolder(QFileInfo(file).absolutePath());
   QString error;
   const QString id = host_->loadModel(file, &error);
   if (id.isEmpty()) {
-    say(error.isEmpty() ? tr("“%1” could not be read.").arg(QDir::toNativeSeparators(file)) : error, true);
+    message_->say(error.isEmpty() ? tr("“%1” could not be read.").arg(QDir::toNativeSeparators(file)) : error,
+                  true);
     return;
   }
   setModelId(id);
-  say(tr("Loaded “%1”.").arg(QDir::toNativeSeparators(file)));
+  message_->say(tr("Loaded “%1”.").arg(QDir::toNativeSeparators(file)));
 }
 
 void ModelPanel::saveFile(const QString& file) {
-  host_->setFolder(QFileInfo(file).absolutePath());
   const QString error = host_->saveModel(modelId_, file);
   refresh();
-  if (!error.isEmpty()) return say(error, true);
+  if (!error.isEmpty()) return message_->say(error, true);
   QString done = tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file));
   vtkInnerGSModel* const model = host_->model(modelId_);
   if (model && model->GetField() && file.endsWith(QLatin1String(".ply"), Qt::CaseInsensitive))
     done += QLatin1Char(' ') +
             QString::fromStdString(droppedByPly(*model->GetField(), model->GetNumberOfSegments()));
-  say(done);
-}
-
-void ModelPanel::say(const QString& message, bool error) {
-  message_->setMessage(error ? MessageLine::Kind::Error : MessageLine::Kind::Information, message);
+  message_->say(done);
 }
 
 } // namespace innergs::ui

@@ -28,7 +28,6 @@ private:
   void save();
   void loadFile(const QString& file);
   void saveFile(const QString& file);
-  void say(const QString& message, bool error = false);
 
   Host* host_;
   QString modelId_;

@@ -5,7 +5,6 @@
 #include "Widgets/NumberSpin.h"
 #include "Widgets/PanelTools.h"
 #include "Widgets/RecoveryLine.h"
-#include "Widgets/SaveDialog.h"
 #include "Widgets/Section.h"
 #include "Widgets/SettingsPanel.h"
 #include "Widgets/TextFormat.h"
@@ -14,8 +13,6 @@
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDir>
-#include <QFileDialog>
-#include <QFileInfo>
 #include <QFormLayout>
 #include <QGroupBox>
 #include <QHBoxLayout>
@@ -54,15 +51,12 @@ MotionPanel::MotionPanel(Host* host, QWidget* parent)
 }
 
 void MotionPanel::build() {
-  auto* all = new QVBoxLayout(this);
-  all->setContentsMargins(0, 0, 0, 0);
-  recovery_ = new RecoveryLine(host_, RecoveryLine::Scans::Moving, this);
-  recovery_->setObjectName(QStringLiteral("motionRecoveryLine"));
+  auto* all = layoutWithoutMargins<QVBoxLayout>(this);
+  recovery_ = named(new RecoveryLine(host_, RecoveryLine::Scans::Moving, this), "motionRecoveryLine");
   all->addWidget(recovery_);
   all->addWidget(buildFit());
   all->addWidget(buildView());
-  message_ = new MessageLine(this);
-  message_->setObjectName(QStringLiteral("motionMessage"));
+  message_ = named(new MessageLine(this), "motionMessage");
   all->addWidget(message_);
   all->addStretch(1);
   guardWheel(this);
@@ -72,64 +66,53 @@ QWidget* MotionPanel::buildFit() {
   auto* box = new QGroupBox(tr("Reconstruct in space and time"), this);
   auto* layout = new QVBoxLayout(box);
   options_ = new QWidget(box);
-  auto* form = new QFormLayout(options_);
-  form->setContentsMargins(0, 0, 0, 0);
-  series_ = host_->createSelector(Host::Role::Series, this);
-  series_->setObjectName(QStringLiteral("motionSeries"));
-  series_->setToolTip(tr("A scan with several frames: a 4D file, or in 3D Slicer a sequence of volumes"));
+  auto* form = layoutWithoutMargins<QFormLayout>(options_);
+  series_ = named(host_->createSelector(Host::Role::Series, this), "motionSeries",
+                  tr("A scan with several frames: a 4D file, or in 3D Slicer a sequence of volumes"));
   form->addRow(tr("Moving &scan"), series_);
   about_ = makeWrappedLabel(QStringLiteral("motionAbout"), this);
   form->addRow(QString(), about_);
-  interval_ = new NumberSpin({1e-6, 1e6, false, true, 1}, this);
-  interval_->setObjectName(QStringLiteral("motionInterval"));
+  interval_ =
+      named(new NumberSpin({1e-6, 1e6, false, true, 1}, this), "motionInterval",
+            tr("Time from one frame to the next, if the scan does not state it, or states it wrongly"));
   interval_->setSuffix(tr(" s"));
   interval_->setSpecialValueText(tr("from the scan"));
-  interval_->setToolTip(
-      tr("Time from one frame to the next, if the scan does not state it, or states it wrongly"));
   form->addRow(tr("&Time between frames"), interval_);
-  kind_ = new QComboBox(this);
-  kind_->setObjectName(QStringLiteral("motionKind"));
+  kind_ = named(new QComboBox(this), "motionKind",
+                tr("What changes with time. Unless you choose, the program tries both on a few frames"));
   kind_->addItem(tr("Chosen by withheld frames"), QString());
   for (const SettingWord& word : settingNamed("kind").words)
     kind_->addItem(settingText(word.label), QString::fromLatin1(word.name));
-  kind_->setToolTip(tr("What changes with time. Unless you choose, the program tries both on a few frames"));
   kind_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   kind_->setMinimumContentsLength(12);
   form->addRow(tr("What &changes"), kind_);
   auto* timing = new QWidget(this);
-  auto* file = new QHBoxLayout(timing);
-  file->setContentsMargins(0, 0, 0, 0);
-  sliceTimes_ = new QLineEdit(this);
-  sliceTimes_->setObjectName(QStringLiteral("motionSliceTimes"));
+  auto* file = layoutWithoutMargins<QHBoxLayout>(timing);
+  sliceTimes_ = named(new QLineEdit(this), "motionSliceTimes",
+                      tr("When the slices of a frame were acquired, where intensities change (fMRI): a BIDS "
+                         "file (.json),\nor text with one time in s per slice"));
   sliceTimes_->setPlaceholderText(tr("from the scan"));
   sliceTimes_->setClearButtonEnabled(true);
-  sliceTimes_->setToolTip(
-      tr("When the slices of a frame were acquired, where intensities change (fMRI): a BIDS "
-         "file (.json),\nor text with one time in s per slice"));
   file->addWidget(sliceTimes_, 1);
-  auto* choose = new QToolButton(this);
-  choose->setObjectName(QStringLiteral("motionChooseSliceTimes"));
+  auto* choose = named(new QToolButton(this), "motionChooseSliceTimes", tr("Choose the file"));
   choose->setText(QStringLiteral("…"));
-  choose->setToolTip(tr("Choose the file"));
   choose->setAccessibleName(tr("Choose the file of slice times"));
   connect(choose, &QToolButton::clicked, this, &MotionPanel::chooseSliceTimes);
   file->addWidget(choose);
   timing->setFocusProxy(sliceTimes_);
   form->addRow(tr("Slice t&imes"), timing);
-  rate_ = new NumberSpin({1e-3, 1e4, false, true, 1}, this);
-  rate_->setObjectName(QStringLiteral("motionRate"));
+  rate_ = named(new NumberSpin({1e-3, 1e4, false, true, 1}, this), "motionRate",
+                tr("Frames per second to save; the slider below shows any time"));
   rate_->setSuffix(tr(" per second"));
   rate_->setSpecialValueText(tr("the scan's own"));
-  rate_->setToolTip(tr("Frames per second to save; the slider below shows any time"));
   form->addRow(tr("Fra&mes to make"), rate_);
-  judge_ = new QCheckBox(tr("&Judge the quality on withheld frames (twice the time)"), this);
-  judge_->setObjectName(QStringLiteral("motionJudge"));
+  judge_ =
+      named(new QCheckBox(tr("&Judge the quality on withheld frames (twice the time)"), this), "motionJudge",
+            tr("A second fit leaves out every few frames and is compared on them with linear\n"
+               "interpolation in time and with the previous frame"));
   judge_->setChecked(true);
-  judge_->setToolTip(tr("A second fit leaves out every few frames and is compared on them with linear\n"
-                        "interpolation in time and with the previous frame"));
   form->addRow(judge_);
-  device_ = new DeviceBox(this);
-  device_->setObjectName(QStringLiteral("motionDevice"));
+  device_ = named(new DeviceBox(this), "motionDevice");
   form->addRow(tr("De&vice"), device_);
   std::vector<const Setting*> rows;
   for (const Setting& row : settingsTable())
@@ -141,11 +124,9 @@ QWidget* MotionPanel::buildFit() {
   section->setContent(settings_);
   form->addRow(section);
   layout->addWidget(options_);
-  run_ = new QPushButton(tr("Reconstruct"), this);
-  run_->setObjectName(QStringLiteral("motionRun"));
+  run_ = named(new QPushButton(tr("Reconstruct"), this), "motionRun");
   layout->addWidget(run_);
-  bar_ = new QProgressBar(this);
-  bar_->setObjectName(QStringLiteral("motionProgress"));
+  bar_ = named(new QProgressBar(this), "motionProgress");
   bar_->setRange(0, 1000);
   layout->addWidget(bar_);
   phase_ = makeWrappedLabel(QStringLiteral("motionPhase"), this);
@@ -160,31 +141,25 @@ QWidget* MotionPanel::buildView() {
   auto* box = new QGroupBox(tr("Look at any time"), this);
   auto* layout = new QVBoxLayout(box);
   auto* choice = new QFormLayout;
-  model_ = host_->createSelector(Host::Role::Model, this);
-  model_->setObjectName(QStringLiteral("motionModel"));
-  model_->setToolTip(tr("A model of a moving scan"));
+  model_ =
+      named(host_->createSelector(Host::Role::Model, this), "motionModel", tr("A model of a moving scan"));
   choice->addRow(tr("M&odel"), model_);
   layout->addLayout(choice);
   aboutModel_ = makeWrappedLabel(QStringLiteral("motionAboutModel"), this);
   layout->addWidget(aboutModel_);
   view_ = new QWidget(box);
-  auto* controls = new QVBoxLayout(view_);
-  controls->setContentsMargins(0, 0, 0, 0);
+  auto* controls = layoutWithoutMargins<QVBoxLayout>(view_);
   auto* line = new QHBoxLayout;
-  play_ = new QToolButton(this);
-  play_->setObjectName(QStringLiteral("motionPlay"));
+  play_ = named(new QToolButton(this), "motionPlay", tr("Play in a loop"));
   play_->setCheckable(true);
   play_->setIcon(style()->standardIcon(QStyle::SP_MediaPlay));
-  play_->setToolTip(tr("Play in a loop"));
   play_->setAccessibleName(tr("Play"));
   line->addWidget(play_);
   time_ = new ValueSlider(tr(" s"), 3, this);
   time_->describe(QStringLiteral("motionTime"), tr("Time"),
                   tr("The time at which the slice views and the query's plane show the model"));
   line->addWidget(time_, 1);
-  speed_ = new QComboBox(this);
-  speed_->setObjectName(QStringLiteral("motionSpeed"));
-  speed_->setToolTip(tr("Playback speed"));
+  speed_ = named(new QComboBox(this), "motionSpeed", tr("Playback speed"));
   speed_->setAccessibleName(tr("Speed"));
   for (const double speed : {0.25, 0.5, 1., 2., 4.})
     speed_->addItem(tr("%1×").arg(QLocale().toString(speed)), speed);
@@ -192,13 +167,11 @@ QWidget* MotionPanel::buildView() {
   line->addWidget(speed_);
   controls->addLayout(line);
   auto* buttons = new QHBoxLayout;
-  saveFrames_ = new QPushButton(tr("Save Fr&ames…"), this);
-  saveFrames_->setObjectName(QStringLiteral("motionSaveFrames"));
-  saveFrames_->setToolTip(tr("Frames at the rate chosen above as one 4D NIfTI or .seq.nrrd file"));
+  saveFrames_ = named(new QPushButton(tr("Save Fr&ames…"), this), "motionSaveFrames",
+                      tr("Frames at the rate chosen above as one 4D NIfTI or .seq.nrrd file"));
   saveFrames_->setVisible(motion_->savesFrames());
-  saveModel_ = new QPushButton(tr("Save Mo&del…"), this);
-  saveModel_->setObjectName(QStringLiteral("motionSaveModel"));
-  saveModel_->setToolTip(tr("The model (.innergs), which renders frames at any time"));
+  saveModel_ = named(new QPushButton(tr("Save Mo&del…"), this), "motionSaveModel",
+                     tr("The model (.innergs), which renders frames at any time"));
   buttons->addStretch(1);
   buttons->addWidget(saveFrames_);
   buttons->addWidget(saveModel_);
@@ -216,7 +189,7 @@ void MotionPanel::connectAll() {
   connect(run_, &QPushButton::clicked, this, &MotionPanel::startOrCancel);
   connect(motion_, &MotionHost::started, this, [this] {
     cancelling_ = false;
-    say({});
+    message_->say({});
     quality_->hide();
     ended();
     showProgress({});
@@ -238,11 +211,11 @@ void MotionPanel::connectAll() {
   });
   connect(motion_, &MotionHost::failed, this, [this](const QString& sentence) {
     ended();
-    say(sentence, true);
+    message_->say(sentence, true);
   });
   connect(motion_, &MotionHost::cancelled, this, [this] {
     ended();
-    say(recovery_->isHidden() ? tr("Cancelled: nothing was changed.") : tr("Cancelled."));
+    message_->say(recovery_->isHidden() ? tr("Cancelled: nothing was changed.") : tr("Cancelled."));
   });
   connect(motion_, &MotionHost::timeChanged, this, [this](const QString& id, double now) {
     if (id != modelId() || previewing_ || play_->isChecked()) return;
@@ -290,16 +263,9 @@ MotionRequest MotionPanel::request() const {
 }
 
 void MotionPanel::chooseSliceTimes() {
-  auto* dialog = new QFileDialog(this, tr("Slice times"), host_->folder(),
-                                 tr("Slice times (*.json *.txt);;All files (*)"));
-  dialog->setObjectName(QStringLiteral("motionSliceTimesDialog"));
-  dialog->setAttribute(Qt::WA_DeleteOnClose);
-  dialog->setFileMode(QFileDialog::ExistingFile);
-  connect(dialog, &QFileDialog::fileSelected, this, [this](const QString& file) {
-    host_->setFolder(QFileInfo(file).absolutePath());
-    sliceTimes_->setText(QDir::toNativeSeparators(file));
-  });
-  dialog->open();
+  askForFile(this, host_, "motionSliceTimesDialog", tr("Slice times"),
+             tr("Slice times (*.json *.txt);;All files (*)"),
+             [this](const QString& file) { sliceTimes_->setText(QDir::toNativeSeparators(file)); });
 }
 
 void MotionPanel::goOn(const RecoveredFit& fit) {
@@ -307,10 +273,7 @@ void MotionPanel::goOn(const RecoveredFit& fit) {
   kind_->setCurrentIndex(std::max(0, kind_->findData(QString::fromStdString(kind))));
   settings_->setSettings(fit.settings);
   device_->setDevice(QString::fromStdString(fit.settings.device));
-  if (fit.interval > 0)
-    interval_->setValue(fit.interval);
-  else
-    interval_->setValue(interval_->minimum());
+  interval_->setValue(fit.interval > 0 ? fit.interval : interval_->minimum());
 }
 
 void MotionPanel::showEvent(QShowEvent* event) {
@@ -393,14 +356,13 @@ void MotionPanel::ended() {
   run_->setText(running ? tr("Cancel") : tr("Reconstruct"));
   bar_->setVisible(running);
   phase_->setVisible(running);
-  if (running)
+  if (running) {
     recovery_->hide();
-  else
-    recovery_->refresh();
-  if (running)
     run_->setEnabled(true);
-  else
+  } else {
+    recovery_->refresh();
     showSeries();
+  }
   showModel();
 }
 
@@ -410,7 +372,7 @@ void MotionPanel::showReport(const MotionReport& report) {
       tr("Done in %1. %2").arg(exactDuration(report.seconds), sentence(gaussiansText(report.gaussians)))};
   if (!report.choice.isEmpty()) lines << report.choice;
   lines << report.warnings;
-  say(lines.join(QLatin1Char('\n')));
+  message_->say(lines.join(QLatin1Char('\n')));
   quality_->setVisible(!report.quality.isEmpty());
   if (report.quality.isEmpty()) return;
   const QString cell = QStringLiteral("<td align=right style='padding-left:%1px'>%2</td>")
@@ -470,39 +432,23 @@ void MotionPanel::advance() {
 }
 
 void MotionPanel::saveFrames() {
-  auto* dialog =
-      new SaveDialog(this, tr("Save the frames"), host_->folder(),
-                     tr("NIfTI, compressed (*.nii.gz);;NIfTI (*.nii);;3D Slicer's sequence (*.seq.nrrd)"),
-                     host_->modelInfo(modelId()).name + tr(" frames") + QStringLiteral(".nii.gz"));
-  dialog->setObjectName(QStringLiteral("motionFramesDialog"));
-  dialog->setAttribute(Qt::WA_DeleteOnClose);
-  connect(dialog, &QFileDialog::fileSelected, this, [this, dialog](const QString& chosen) {
-    const QString file = dialog->complete(chosen);
-    if (file.isEmpty()) return;
-    host_->setFolder(QFileInfo(file).absolutePath());
-    const QString error = motion_->saveFrames(modelId(), rate_->number().value_or(0), file);
-    say(error.isEmpty() ? tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file)) : error, !error.isEmpty());
-  });
-  dialog->open();
+  askWhereToSave(this, host_, "motionFramesDialog", tr("Save the frames"),
+                 tr("NIfTI, compressed (*.nii.gz);;NIfTI (*.nii);;3D Slicer's sequence (*.seq.nrrd)"),
+                 host_->modelInfo(modelId()).name + tr(" frames") + QStringLiteral(".nii.gz"),
+                 [this](const QString& file) {
+                   saySaved(file, motion_->saveFrames(modelId(), rate_->number().value_or(0), file));
+                 });
 }
 
 void MotionPanel::saveModel() {
-  auto* dialog = new SaveDialog(this, tr("Save the model"), host_->folder(), tr("InnerGS model (*.innergs)"),
-                                host_->modelInfo(modelId()).name + QStringLiteral(".innergs"));
-  dialog->setObjectName(QStringLiteral("motionModelDialog"));
-  dialog->setAttribute(Qt::WA_DeleteOnClose);
-  connect(dialog, &QFileDialog::fileSelected, this, [this, dialog](const QString& chosen) {
-    const QString file = dialog->complete(chosen);
-    if (file.isEmpty()) return;
-    host_->setFolder(QFileInfo(file).absolutePath());
-    const QString error = host_->saveModel(modelId(), file);
-    say(error.isEmpty() ? tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file)) : error, !error.isEmpty());
-  });
-  dialog->open();
+  askWhereToSave(this, host_, "motionModelDialog", tr("Save the model"), tr("InnerGS model (*.innergs)"),
+                 host_->modelInfo(modelId()).name + QStringLiteral(".innergs"),
+                 [this](const QString& file) { saySaved(file, host_->saveModel(modelId(), file)); });
 }
 
-void MotionPanel::say(const QString& message, bool error) {
-  message_->setMessage(error ? MessageLine::Kind::Error : MessageLine::Kind::Information, message);
+void MotionPanel::saySaved(const QString& file, const QString& error) {
+  message_->say(error.isEmpty() ? tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file)) : error,
+                !error.isEmpty());
 }
 
 } // namespace innergs::ui

@@ -61,7 +61,8 @@ private:
   void showAt(double seconds);
   void saveFrames();
   void saveModel();
-  void say(const QString& message, bool error = false);
+  /// error: why it was not; "": it was.
+  void saySaved(const QString& file, const QString& error);
 
   Host* host_;
   MotionHost* motion_;

@@ -17,34 +17,27 @@ namespace innergs::ui {
 OutputBox::OutputBox(Host* host, QWidget* parent)
     : QWidget(parent), host_(host), grid_(new QComboBox(this)),
       explanation_(makeWrappedLabel("gridExplanation", this)), spacing_(new NumberSpin({1e-3, 1000}, this)) {
-  grid_->setObjectName("outputGrid");
+  named(grid_, "outputGrid", tr("The voxels that the result is computed on."));
   grid_->addItem(tr("Automatic"), static_cast<int>(OutputGrid::Automatic));
   grid_->addItem(tr("Voxels of the first scan"), static_cast<int>(OutputGrid::Input));
   grid_->addItem(tr("Cubes of a given size"), static_cast<int>(OutputGrid::Spacing));
   if (host->offers(Host::Role::Reference))
     grid_->addItem(tr("Voxels of another volume"), static_cast<int>(OutputGrid::Reference));
-  grid_->setToolTip(tr("The voxels that the result is computed on."));
 
-  spacing_->setObjectName("outputSpacing");
+  named(spacing_, "outputSpacing", tr("Edge of the result's voxels in mm."));
   spacing_->setSuffix(tr(" mm"));
   spacing_->setValue(asked_);
-  spacing_->setToolTip(tr("Edge of the result's voxels in mm."));
 
-  auto* layout = new QVBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = layoutWithoutMargins<QVBoxLayout>(this);
   const auto addForm = [&](QWidget* parent) {
-    auto* form = parent ? new QFormLayout(parent) : new QFormLayout;
+    QFormLayout* form = makeForm(parent);
     form->setContentsMargins(0, 0, 0, 0);
-    form->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
-    form->setRowWrapPolicy(QFormLayout::WrapLongRows);
     return form;
   };
   const auto addSelector = [&](QFormLayout* form, Host::Role role, const char* name, const QString& label,
                                const QString& tip) {
     if (!host->offers(role)) return static_cast<Selector*>(nullptr);
-    Selector* selector = host->createSelector(role, this);
-    selector->setObjectName(name);
-    selector->setToolTip(tip);
+    Selector* selector = named(host->createSelector(role, this), name, tip);
     form->addRow(label, selector);
     connect(selector, &Selector::currentIdChanged, this, &OutputBox::changed);
     return selector;

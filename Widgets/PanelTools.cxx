@@ -1,10 +1,15 @@
 #include "Widgets/PanelTools.h"
 
 #include "Widgets/HeightForWidth.h"
+#include "Widgets/Host.h"
+#include "Widgets/SaveDialog.h"
 
 #include <QAbstractSpinBox>
 #include <QComboBox>
 #include <QEvent>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QFormLayout>
 #include <QLabel>
 #include <QScrollArea>
 #include <QScrollBar>
@@ -19,7 +24,34 @@ namespace {
 
 constexpr int kLayoutDelays[] = {50, 400}; // ms: the layout takes longer on a busy machine
 
+void open(QFileDialog* dialog, const char* name, Host* host, const FileChosen& chosen) {
+  named(dialog, name);
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  QObject::connect(dialog, &QFileDialog::fileSelected, dialog->parentWidget(), [=](const QString& selected) {
+    auto* save = qobject_cast<SaveDialog*>(dialog);
+    const QString file = save ? save->complete(selected) : selected;
+    if (file.isEmpty()) return;
+    host->setFolder(QFileInfo(file).absolutePath());
+    chosen(file);
+  });
+  dialog->open();
+}
+
 } // namespace
+
+QFormLayout* makeForm(QWidget* parent) {
+  auto* form = new QFormLayout(parent);
+  form->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
+  form->setRowWrapPolicy(QFormLayout::WrapLongRows);
+  return form;
+}
+
+QLabel* labelFor(QWidget* field, const QString& text) {
+  auto* label = new QLabel(text);
+  label->setBuddy(field);
+  label->setToolTip(field->toolTip());
+  return label;
+}
 
 QLabel* makeWrappedLabel(const QString& objectName, QWidget* parent) {
   auto* label = new HeightForWidth<QLabel>(parent);
@@ -70,6 +102,18 @@ void reveal(QWidget* first, QWidget* last) {
           return;
         }
     });
+}
+
+void askForFile(QWidget* parent, Host* host, const char* name, const QString& title, const QString& filters,
+                const FileChosen& chosen) {
+  auto* dialog = new QFileDialog(parent, title, host->folder(), filters);
+  dialog->setFileMode(QFileDialog::ExistingFile);
+  open(dialog, name, host, chosen);
+}
+
+void askWhereToSave(QWidget* parent, Host* host, const char* name, const QString& title,
+                    const QString& filters, const QString& proposed, const FileChosen& chosen) {
+  open(new SaveDialog(parent, title, host->folder(), filters, proposed), name, host, chosen);
 }
 
 } // namespace innergs::ui

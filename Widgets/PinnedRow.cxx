@@ -1,5 +1,7 @@
 #include "Widgets/PinnedRow.h"
 
+#include "Widgets/PanelTools.h"
+
 #include <QApplication>
 #include <QEvent>
 #include <QPainter>
@@ -32,8 +34,7 @@ public:
   explicit Bar(QWidget* parent) : QWidget(parent) {
     setObjectName("pinnedBar");
     setAutoFillBackground(true);
-    auto* layout = new QVBoxLayout(this);
-    layout->setContentsMargins(0, 0, 0, 0);
+    layoutWithoutMargins<QVBoxLayout>(this);
   }
   enum class Line { None, Above, Below };
   void setLine(Line line) {

@@ -107,24 +107,13 @@ void PlaneHandles::paint(QPainter& painter, const QPalette& palette, PlaneHandle
 }
 
 QString hintOf(PlaneHandle handle) {
-  const auto tr = [](const char* text) {
-    return QCoreApplication::translate("innergs::ui::PlaneHandles", text);
-  };
-  switch (handle) {
-  case PlaneHandle::None:
-    break;
-  case PlaneHandle::Move:
-    return tr(QT_TRANSLATE_NOOP("innergs::ui::PlaneHandles", "Drag up or down: move along the normal"));
-  case PlaneHandle::TiltHorizontal:
-    return tr(
-        QT_TRANSLATE_NOOP("innergs::ui::PlaneHandles", "Drag up or down: tilt about the horizontal axis"));
-  case PlaneHandle::TiltVertical:
-    return tr(
-        QT_TRANSLATE_NOOP("innergs::ui::PlaneHandles", "Drag left or right: tilt about the vertical axis"));
-  case PlaneHandle::Turn:
-    return tr(QT_TRANSLATE_NOOP("innergs::ui::PlaneHandles", "Drag around: turn in the plane"));
-  }
-  return {};
+  static const char* const hints[] = {
+      "", QT_TRANSLATE_NOOP("innergs::ui::PlaneHandles", "Drag up or down: move along the normal"),
+      QT_TRANSLATE_NOOP("innergs::ui::PlaneHandles", "Drag up or down: tilt about the horizontal axis"),
+      QT_TRANSLATE_NOOP("innergs::ui::PlaneHandles", "Drag left or right: tilt about the vertical axis"),
+      QT_TRANSLATE_NOOP("innergs::ui::PlaneHandles", "Drag around: turn in the plane")};
+  if (handle == PlaneHandle::None) return {};
+  return QCoreApplication::translate("innergs::ui::PlaneHandles", hints[static_cast<int>(handle)]);
 }
 
 } // namespace innergs::ui

@@ -67,19 +67,10 @@ Mat3 base(PlaneOrientation orientation, bool reversed) {
 } // namespace
 
 Mat3 axesOf(PlaneOrientation orientation) {
-  Mat3 a;
-  switch (orientation) {
-  case PlaneOrientation::Axial:
-    a.m = {{{-1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-    break;
-  case PlaneOrientation::Coronal:
-    a.m = {{{-1, 0, 0}, {0, 0, 1}, {0, 1, 0}}};
-    break;
-  case PlaneOrientation::Sagittal:
-    a.m = {{{0, 0, -1}, {-1, 0, 0}, {0, 1, 0}}};
-    break;
-  }
-  return a;
+  static const Mat3 axes[] = {Mat3{{{{-1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}},
+                              Mat3{{{{-1, 0, 0}, {0, 0, 1}, {0, 1, 0}}}},
+                              Mat3{{{{0, 0, -1}, {-1, 0, 0}, {0, 1, 0}}}}};
+  return axes[static_cast<int>(orientation)];
 }
 
 Mat3 PlanePose::axes() const {

@@ -60,24 +60,20 @@ ProgressCard::ProgressCard(QWidget* parent)
       remaining_(new QLabel(head_)), numbers_(makeWrappedLabel("fitNumbers", this)),
       note_(makeWrappedLabel("fitNote", this)), chartNote_(makeWrappedLabel("chartNote", this)),
       bar_(new QProgressBar(head_)), chart_(new FitChart(this)), preview_(new PreviewView(this)) {
-  remaining_->setObjectName("remainingText");
+  named(remaining_, "remainingText", tr("Estimated time until everything is done."));
   numbers_->setTextFormat(Qt::RichText);
-  bar_->setObjectName("progressBar");
+  named(bar_, "progressBar", tr("Share of the whole work done (%), including the quality measurement."));
   bar_->setRange(0, kBarSteps);
   bar_->setFormat(tr("%p %"));
-  bar_->setToolTip(tr("Share of the whole work done (%), including the quality measurement."));
-  remaining_->setToolTip(tr("Estimated time until everything is done."));
   numbers_->setToolTip(tr("PSNR in dB: more is better. The loss has no unit: less is better."));
   chart_->setObjectName("fitChart");
   preview_->setObjectName("preview");
-  auto* head = new QGridLayout(head_);
-  head->setContentsMargins(0, 0, 0, 0);
+  auto* head = layoutWithoutMargins<QGridLayout>(head_);
   head->addWidget(phase_, 0, 0);
   head->addWidget(remaining_, 0, 1);
   head->addWidget(bar_, 1, 0, 1, 2);
   head->setColumnStretch(0, 1);
-  auto* layout = new QVBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = layoutWithoutMargins<QVBoxLayout>(this);
   layout->addWidget(head_);
   layout->addWidget(note_);
   layout->addWidget(preview_);
@@ -103,10 +99,9 @@ void ProgressCard::begin() {
   bar_->setValue(0);
   chart_->clear();
   preview_->clear();
-  for (QWidget* part : {head_, static_cast<QWidget*>(chart_)})
+  for (QWidget* part : QWidgetList{head_, chart_})
     part->show();
-  for (QWidget* part : {static_cast<QWidget*>(note_), static_cast<QWidget*>(preview_),
-                        static_cast<QWidget*>(numbers_), static_cast<QWidget*>(chartNote_)})
+  for (QWidget* part : QWidgetList{note_, preview_, numbers_, chartNote_})
     part->hide();
   show();
 }
@@ -185,7 +180,7 @@ void ProgressCard::setCancelling() {
 
 void ProgressCard::finish() {
   showLatest();
-  for (QWidget* part : {head_, static_cast<QWidget*>(preview_), static_cast<QWidget*>(note_)})
+  for (QWidget* part : QWidgetList{head_, preview_, note_})
     part->hide();
   preview_->clear();
   setVisible(chart_->points() > 1);

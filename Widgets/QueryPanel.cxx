@@ -41,22 +41,13 @@ Vec3 middleOf(const std::array<double, 6>& b) {
   return {0.5 * (b[0] + b[1]), 0.5 * (b[2] + b[3]), 0.5 * (b[4] + b[5])};
 }
 
-QDoubleSpinBox* numberBox(const QString& name, const QString& suffix, int decimals, const QString& toolTip) {
-  auto* box = new QDoubleSpinBox;
-  box->setObjectName(name);
+QDoubleSpinBox* numberBox(const char* name, const QString& suffix, int decimals, const QString& toolTip) {
+  auto* box = named(new QDoubleSpinBox, name, toolTip);
   box->setSuffix(suffix);
   box->setDecimals(decimals);
   box->setAlignment(Qt::AlignRight);
   box->setKeyboardTracking(false);
-  box->setToolTip(toolTip);
   return box;
-}
-
-QLabel* labelFor(QWidget* buddy, const QString& text) {
-  auto* label = new QLabel(text);
-  label->setBuddy(buddy);
-  label->setToolTip(buddy->toolTip());
-  return label;
 }
 
 } // namespace
@@ -147,7 +138,7 @@ void QueryPanel::connectAll() {
   connect(exportVolume_, &QPushButton::clicked, export_, &PlaneExport::addToVolumes);
   connect(savePicture_, &QPushButton::clicked, export_, &PlaneExport::savePicture);
   connect(copyCommand_, &QToolButton::clicked, export_, &PlaneExport::copyCommand);
-  connect(export_, &PlaneExport::said, this, &QueryPanel::say);
+  connect(export_, &PlaneExport::said, message_, &MessageLine::say);
   connect(&settle_, &QTimer::timeout, this, &QueryPanel::settle);
   connect(worker_, &PlaneWorker::shown, this, &QueryPanel::showImage);
   connect(worker_, &PlaneWorker::probed, this, &QueryPanel::showProbe);
@@ -212,7 +203,7 @@ void QueryPanel::updateModel() {
     query(true);
   }
   if (otherId) {
-    say({});
+    message_->say({});
     Q_EMIT modelIdChanged(id);
   }
 }
@@ -220,7 +211,7 @@ void QueryPanel::updateModel() {
 void QueryPanel::setPlane(vtkMatrix4x4* planeToRAS) {
   const auto pose = poseOf(planeToRAS);
   if (!pose) {
-    say(tr("This plane cannot be shown: its axes must be finite and span a plane."), true);
+    message_->say(tr("This plane cannot be shown: its axes must be finite and span a plane."), true);
     return;
   }
   placed_ = linked_ = true;
@@ -366,7 +357,7 @@ void QueryPanel::showImage(const PlaneImage& image) {
     view_->setImage(image);
   } else {
     view_->clearImage();
-    say(QString::fromStdString(image.error), true);
+    message_->say(QString::fromStdString(image.error), true);
   }
   Q_EMIT pictureChanged(image); // none after an error
 }
@@ -417,10 +408,6 @@ void QueryPanel::clearReadout() {
   readout_->setText(model_ ? tr("Wheel: move. Middle drag: pan. Right drag: zoom.") : QString());
 }
 
-void QueryPanel::say(const QString& message, bool error) {
-  message_->setMessage(error ? MessageLine::Kind::Error : MessageLine::Kind::Information, message);
-}
-
 void QueryPanel::showEvent(QShowEvent* event) {
   QWidget::showEvent(event);
   if (!waiting_) return;
@@ -429,20 +416,16 @@ void QueryPanel::showEvent(QShowEvent* event) {
 }
 
 void QueryPanel::build() {
-  auto* all = new QVBoxLayout(this);
-  all->setContentsMargins(0, 0, 0, 0);
+  auto* all = layoutWithoutMargins<QVBoxLayout>(this);
 
-  selector_ = host_->createSelector(Host::Role::Model, this);
-  selector_->setObjectName(QStringLiteral("queryModel"));
-  selector_->setToolTip(tr("The model to look at"));
+  selector_ = named(host_->createSelector(Host::Role::Model, this), "queryModel", tr("The model to look at"));
   auto* choice = new QHBoxLayout;
   choice->addWidget(labelFor(selector_, tr("&Model")));
   choice->addWidget(selector_, 1);
   all->addLayout(choice);
 
   controls_ = new QWidget;
-  auto* rows = new QVBoxLayout(controls_);
-  rows->setContentsMargins(0, 0, 0, 0);
+  auto* rows = layoutWithoutMargins<QVBoxLayout>(controls_);
 
   auto* buttons = new QHBoxLayout;
   const struct {
@@ -453,18 +436,15 @@ void QueryPanel::build() {
       {"queryCoronal", tr("&Coronal"), tr("From the front: the patient's right on the left, superior up")},
       {"querySagittal", tr("&Sagittal"), tr("From the side: anterior on the left, superior up")}};
   for (int i = 0; i < 3; ++i) {
-    auto* button = orientations_[i] = new QToolButton;
-    button->setObjectName(QString::fromLatin1(kinds[i].name));
+    auto* button = orientations_[i] = named(new QToolButton, kinds[i].name, kinds[i].toolTip);
     button->setText(kinds[i].text);
-    button->setToolTip(kinds[i].toolTip);
     button->setCheckable(true);
     button->setFocusPolicy(Qt::StrongFocus);
     button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
     buttons->addWidget(button, 1);
   }
-  home_ = new QPushButton(tr("C&entre"));
-  home_->setObjectName(QStringLiteral("queryCentre"));
-  home_->setToolTip(tr("Centre the plane and show the whole model; the orientation stays"));
+  home_ = named(new QPushButton(tr("C&entre")), "queryCentre",
+                tr("Centre the plane and show the whole model; the orientation stays"));
   buttons->addWidget(home_);
   rows->addLayout(buttons);
 
@@ -499,14 +479,12 @@ void QueryPanel::build() {
     grid->addWidget(labelFor(slider->spinBox(), text), row, 0);
     grid->addWidget(slider, row++, 1);
   }
-  pixelSize_ = numberBox(QStringLiteral("queryPixelSize"), tr(" mm"), 3,
+  pixelSize_ = numberBox("queryPixelSize", tr(" mm"), 3,
                          tr("Distance (mm) between the plane's pixels: as shown and as exported"));
   pixelSize_->setRange(0.01, 100);
   pixelSize_->setSingleStep(0.1);
   pixelSize_->setValue(1);
-  size_ = new QLabel;
-  size_->setObjectName(QStringLiteral("querySize"));
-  size_->setToolTip(tr("Columns and rows of the plane across the whole model"));
+  size_ = named(new QLabel, "querySize", tr("Columns and rows of the plane across the whole model"));
   auto* pixels = new QHBoxLayout;
   pixels->addWidget(pixelSize_);
   pixels->addWidget(size_);
@@ -516,40 +494,36 @@ void QueryPanel::build() {
   grid->setColumnStretch(1, 1);
   rows->addLayout(grid);
 
-  view_ = new PlaneView;
-  view_->setObjectName(QStringLiteral("queryView"));
+  view_ = named(new PlaneView, "queryView",
+                tr("Keys: arrows tilt, Ctrl+Left and Ctrl+Right turn, Shift+arrows pan,\n"
+                   "Page Up and Page Down move, + and − zoom, Home centres.\n"
+                   "While this view has the keyboard focus, the value in the middle is shown."));
   view_->setAccessibleName(tr("The plane"));
   view_->setWhatsThis(tr("Left drag: window and level. Middle drag, or Shift and left drag: pan. Right drag, "
                          "or Ctrl and wheel: zoom. Wheel: "
                          "along the normal. Handles tilt, turn and move the plane. Keys: arrows tilt, "
                          "Ctrl+Left and Ctrl+Right turn, Shift and arrows pan, Page Up "
                          "and Page Down move along the normal, + and − zoom, Home centres."));
-  view_->setToolTip(tr("Keys: arrows tilt, Ctrl+Left and Ctrl+Right turn, Shift+arrows pan,\n"
-                       "Page Up and Page Down move, + and − zoom, Home centres.\n"
-                       "While this view has the keyboard focus, the value in the middle is shown."));
   rows->addWidget(view_, 1);
 
-  readout_ = new QLabel;
-  readout_->setObjectName(QStringLiteral("queryReadout"));
+  readout_ =
+      named(new QLabel, "queryReadout",
+            tr("Position under the mouse, or in the middle while the view has the keyboard focus (RAS mm; "
+               "R, A, S: to the patient's right, anterior, superior) and the model's "
+               "value there, in the scanner's units"));
   readout_->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  readout_->setToolTip(
-      tr("Position under the mouse, or in the middle while the view has the keyboard focus (RAS mm; "
-         "R, A, S: to the patient's right, anterior, superior) and the model's "
-         "value there, in the scanner's units"));
   readout_->setMinimumWidth(1); // its text must not widen the panel
-  copyCommand_ = new QToolButton;
-  copyCommand_->setObjectName(QStringLiteral("queryCopyCommand"));
+  copyCommand_ = named(new QToolButton, "queryCopyCommand",
+                       tr("Copy the plane as a command line of innergs, with its place in RAS mm"));
   copyCommand_->setText(tr("Cop&y"));
   copyCommand_->setFocusPolicy(Qt::StrongFocus);
-  copyCommand_->setToolTip(tr("Copy the plane as a command line of innergs, with its place in RAS mm"));
   auto* place = new QHBoxLayout;
   place->addWidget(readout_, 1);
   place->addWidget(copyCommand_);
   rows->addLayout(place);
 
-  window_ = numberBox(QStringLiteral("queryWindow"), {}, 1,
-                      tr("Range of values from black to white (scanner units)"));
-  level_ = numberBox(QStringLiteral("queryLevel"), {}, 1, tr("Value shown as middle grey (scanner units)"));
+  window_ = numberBox("queryWindow", {}, 1, tr("Range of values from black to white (scanner units)"));
+  level_ = numberBox("queryLevel", {}, 1, tr("Value shown as middle grey (scanner units)"));
   window_->setRange(0.001, 1e9);
   level_->setRange(-1e9, 1e9);
   for (QDoubleSpinBox* box : {window_, level_}) {
@@ -557,12 +531,10 @@ void QueryPanel::build() {
     box->setMinimumWidth(fontMetrics().horizontalAdvance(QStringLiteral("-000000.0")) +
                          2 * fontMetrics().height());
   }
-  autoWindow_ = new QPushButton(tr("A&uto"));
-  autoWindow_->setObjectName(QStringLiteral("queryAutoWindow"));
-  autoWindow_->setToolTip(tr("Set window and level to suit the model"));
-  handles_ = new QCheckBox(tr("Ha&ndles"));
-  handles_->setObjectName(QStringLiteral("queryHandles"));
-  handles_->setToolTip(tr("Show the handles that tilt, turn and move the plane"));
+  autoWindow_ =
+      named(new QPushButton(tr("A&uto")), "queryAutoWindow", tr("Set window and level to suit the model"));
+  handles_ = named(new QCheckBox(tr("Ha&ndles")), "queryHandles",
+                   tr("Show the handles that tilt, turn and move the plane"));
   handles_->setChecked(true);
   auto* grey = new QHBoxLayout;
   grey->addWidget(labelFor(window_, tr("&Window")));
@@ -572,18 +544,14 @@ void QueryPanel::build() {
   grey->addWidget(autoWindow_);
   rows->addLayout(grey);
 
-  exportVolume_ = new QPushButton(tr("Exp&ort as a volume"));
-  exportVolume_->setObjectName(QStringLiteral("queryExportVolume"));
-  exportVolume_->setToolTip(
+  exportVolume_ = named(
+      new QPushButton(tr("Exp&ort as a volume")), "queryExportVolume",
       tr("Add the plane to the volumes, at its pixel size and its place in the patient; save it from there"));
-  savePicture_ = new QPushButton(tr("Save pictu&re…"));
-  savePicture_->setObjectName(QStringLiteral("querySavePicture"));
-  savePicture_->setToolTip(tr("Save the plane as a PNG picture with this window and level"));
-  showUncertainty_ = new QCheckBox(tr("Show how far it may &be off"));
-  showUncertainty_->setObjectName(QStringLiteral("queryUncertainty"));
-  showUncertainty_->setToolTip(
-      tr("The standard deviation of the model's volume on the plane, in scanner units;\n"
-         "striped where no slice measured anything."));
+  savePicture_ = named(new QPushButton(tr("Save pictu&re…")), "querySavePicture",
+                       tr("Save the plane as a PNG picture with this window and level"));
+  showUncertainty_ = named(new QCheckBox(tr("Show how far it may &be off")), "queryUncertainty",
+                           tr("The standard deviation of the model's volume on the plane, in scanner units;\n"
+                              "striped where no slice measured anything."));
   showUncertainty_->hide();
   rows->addWidget(showUncertainty_);
   auto* exports = new QHBoxLayout;
@@ -594,8 +562,7 @@ void QueryPanel::build() {
   rows->addLayout(exports);
   all->addWidget(controls_, 1);
 
-  message_ = new MessageLine;
-  message_->setObjectName(QStringLiteral("queryMessage"));
+  message_ = named(new MessageLine, "queryMessage");
   all->addWidget(message_);
   guardWheel(this);
 }

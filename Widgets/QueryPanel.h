@@ -75,7 +75,6 @@ private:
   void showProbe(const PlaneImage& point);
   void clearReadout();
   void showImage(const PlaneImage& image);
-  void say(const QString& message, bool error = false);
 
   Host* host_;
   QString modelId_;

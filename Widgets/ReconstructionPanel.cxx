@@ -55,51 +55,35 @@ QString estimateText(const Estimate& estimate) {
   return ReconstructionPanel::tr("Takes %1, %2.").arg(time, memory);
 }
 
-QFormLayout* makeForm(QWidget* parent) {
-  auto* form = parent ? new QFormLayout(parent) : new QFormLayout;
-  form->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
-  form->setRowWrapPolicy(QFormLayout::WrapLongRows);
-  return form;
-}
-
 } // namespace
 
 ReconstructionPanel::ReconstructionPanel(Host* host, QWidget* parent)
     : QWidget(parent), host_(host), choices_(new QWidget(this)) {
   setObjectName("ReconstructionPanel");
-  auto* choices = new QVBoxLayout(choices_);
-  choices->setContentsMargins(0, 0, 0, 0);
+  auto* choices = layoutWithoutMargins<QVBoxLayout>(choices_);
   for (QWidget* part : {makeInputs(), makeOutput(), makeFit(), makeAdvanced()})
     choices->addWidget(part);
 
-  progress_ = new ProgressCard(this);
-  progress_->setObjectName("progressCard");
+  progress_ = named(new ProgressCard(this), "progressCard");
   start_ = new PinnedRow(this);
   start_->setContent(makeStart());
-  message_ = new MessageLine(this);
-  message_->setObjectName("message");
-  quality_ = new QualityCard(this);
-  quality_->setObjectName("qualityCard");
-  slices_ = new SlicesLine(host, this);
-  slices_->setObjectName("slicesLine");
+  message_ = named(new MessageLine(this), "message");
+  quality_ = named(new QualityCard(this), "qualityCard");
+  slices_ = named(new SlicesLine(host, this), "slicesLine");
   auto* layout = new QVBoxLayout(this);
-  for (QWidget* part :
-       {choices_, static_cast<QWidget*>(start_), static_cast<QWidget*>(message_),
-        static_cast<QWidget*>(progress_), static_cast<QWidget*>(quality_), static_cast<QWidget*>(slices_)})
+  for (QWidget* part : QWidgetList{choices_, start_, message_, progress_, quality_, slices_})
     layout->addWidget(part);
   layout->addStretch(1);
 
   estimateTimer_.setObjectName("estimateTimer");
-  estimateTimer_.setSingleShot(true);
   estimateTimer_.setInterval(kEstimateDelay);
-  connect(&estimateTimer_, &QTimer::timeout, this, [this] {
-    if (isVisible()) estimate(); // else when it is shown
-  });
-  memoryTimer_.setSingleShot(true);
   memoryTimer_.setInterval(kAskedAgain);
-  connect(&memoryTimer_, &QTimer::timeout, this, [this] {
-    if (isVisible()) estimate();
-  });
+  for (QTimer* timer : {&estimateTimer_, &memoryTimer_}) {
+    timer->setSingleShot(true);
+    connect(timer, &QTimer::timeout, this, [this] {
+      if (isVisible()) estimate(); // else when it is shown
+    });
+  }
   connect(button_, &QPushButton::clicked, this, &ReconstructionPanel::startOrCancel);
   connectHost();
   guardWheel(this);
@@ -118,10 +102,9 @@ void ReconstructionPanel::connectHost() {
     setState(State::Running);
     reveal(start_, progress_);
   });
-  connect(host_, &Host::waiting, this, [this] { progress_->setWaiting(); });
-  connect(host_, &Host::estimateChanged, this, [this] { estimateTimer_.start(); });
-  connect(host_, &Host::progressed, this,
-          [this](const Progress& progress) { progress_->setProgress(progress); });
+  connect(host_, &Host::waiting, progress_, &ProgressCard::setWaiting);
+  connect(host_, &Host::estimateChanged, &estimateTimer_, QOverload<>::of(&QTimer::start));
+  connect(host_, &Host::progressed, progress_, &ProgressCard::setProgress);
   connect(host_, &Host::previewed, this, [this](vtkImageData* image, vtkMatrix4x4* ijkToRAS) {
     if (progress_->setPreview(image, ijkToRAS)) reveal(start_, progress_); // it has grown
   });
@@ -138,7 +121,7 @@ void ReconstructionPanel::connectHost() {
     progress_->hide();
     const QString next = recovery_->refresh() ? tr("There is no result yet.")
                                               : tr("There is no result. Change something and start again.");
-    message_->setMessage(MessageLine::Kind::Error, sentence(text) + '\n' + next);
+    message_->say(sentence(text) + '\n' + next, true);
     setState(State::Idle);
     reveal(message_, message_);
   });
@@ -151,7 +134,7 @@ void ReconstructionPanel::connectHost() {
   });
   connect(host_, &Host::cancelled, this, [this] {
     progress_->hide();
-    message_->setMessage(MessageLine::Kind::Information, tr("Cancelled: there is no result."));
+    message_->say(tr("Cancelled: there is no result."));
     setState(State::Idle);
   });
 }
@@ -351,8 +334,7 @@ void ReconstructionPanel::showEvent(QShowEvent* event) {
 QWidget* ReconstructionPanel::makeInputs() {
   auto* group = new QGroupBox(tr("Scans"), this);
   auto* layout = new QVBoxLayout(group);
-  inputs_ = new InputsTable(host_, group);
-  inputs_->setObjectName("inputs");
+  inputs_ = named(new InputsTable(host_, group), "inputs");
   layout->addWidget(inputs_);
   connect(inputs_, &InputsTable::changed, this, &ReconstructionPanel::edited);
   connect(inputs_, &InputsTable::refreshed, this, [this] {
@@ -364,12 +346,10 @@ QWidget* ReconstructionPanel::makeInputs() {
   const auto add = [&](Host::Role role, const char* name, const QString& label, const QString& tip) {
     if (!host_->offers(role)) return static_cast<Selector*>(nullptr);
     if (!form) {
-      form = makeForm(nullptr);
+      form = makeForm();
       layout->addLayout(form);
     }
-    Selector* selector = host_->createSelector(role, group);
-    selector->setObjectName(name);
-    selector->setToolTip(tip);
+    Selector* selector = named(host_->createSelector(role, group), name, tip);
     form->addRow(label, selector);
     connect(selector, &Selector::currentIdChanged, this, &ReconstructionPanel::edited);
     return selector;
@@ -381,9 +361,7 @@ QWidget* ReconstructionPanel::makeInputs() {
     maskLabel_ = qobject_cast<QLabel*>(form->labelForField(mask_));
     maskLabel_->setObjectName("maskLabel");
     const Setting& row = settingNamed("fill");
-    fill_ = new NumberSpin(settingRange(row), group);
-    fill_->setObjectName("fillValue");
-    fill_->setToolTip(settingTip(row));
+    fill_ = named(new NumberSpin(settingRange(row), group), "fillValue", settingTip(row));
     form->addRow(settingText(row.label) + ":", fill_);
     connect(fill_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, &ReconstructionPanel::edited);
   }
@@ -395,8 +373,7 @@ QWidget* ReconstructionPanel::makeInputs() {
 QWidget* ReconstructionPanel::makeOutput() {
   auto* group = new QGroupBox(tr("Result"), this);
   auto* layout = new QVBoxLayout(group);
-  output_ = new OutputBox(host_, group);
-  output_->setObjectName("output");
+  output_ = named(new OutputBox(host_, group), "output");
   layout->addWidget(output_);
   connect(output_, &OutputBox::changed, this, &ReconstructionPanel::edited);
   return group;
@@ -405,29 +382,24 @@ QWidget* ReconstructionPanel::makeOutput() {
 QWidget* ReconstructionPanel::makeFit() {
   auto* group = new QGroupBox(tr("Quality and time"), this);
   auto* form = makeForm(group);
-  preset_ = new QComboBox(group);
-  preset_->setObjectName("preset");
+  preset_ = named(new QComboBox(group), "preset", tr("More work takes longer and fits the scans better."));
   for (const SettingWord& word : settingNamed("preset").words)
     preset_->addItem(settingText(word.label), preset_->count());
   preset_->setCurrentIndex(1);
   preset_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
-  preset_->setToolTip(tr("More work takes longer and fits the scans better."));
   presetLine_ = makeWrappedLabel("presetLine", group);
-  device_ = new DeviceBox(group);
-  device_->setObjectName("deviceBox");
-  evaluate_ = new QCheckBox(tr("&Judge the quality (a second fit)"), group);
-  evaluate_->setObjectName("evaluateQuality");
+  device_ = named(new DeviceBox(group), "deviceBox");
+  evaluate_ = named(new QCheckBox(tr("&Judge the quality (a second fit)"), group), "evaluateQuality",
+                    tr("Fits the first scan again with slices left out, and compares the result with\n"
+                       "interpolation on those slices. The result itself uses all slices."));
   evaluate_->setChecked(true);
-  evaluate_->setToolTip(tr("Fits the first scan again with slices left out, and compares the result with\n"
-                           "interpolation on those slices. The result itself uses all slices."));
   form->addRow(tr("&Preset:"), preset_);
   form->addRow(presetLine_);
   form->addRow(tr("&Device:"), device_);
-  uncertainty_ = new QCheckBox(tr("Estimate the uncertaint&y (further fits)"), group);
-  uncertainty_->setObjectName("estimateUncertainty");
-  uncertainty_->setToolTip(
-      tr("Adds a volume of standard deviations: by how much the result may be off in each\n"
-         "voxel. Takes a fit without every fifth slice, and two of simulated scans."));
+  uncertainty_ =
+      named(new QCheckBox(tr("Estimate the uncertaint&y (further fits)"), group), "estimateUncertainty",
+            tr("Adds a volume of standard deviations: by how much the result may be off in each\n"
+               "voxel. Takes a fit without every fifth slice, and two of simulated scans."));
   form->addRow(evaluate_);
   form->addRow(uncertainty_);
   connect(preset_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, &ReconstructionPanel::edited);
@@ -438,14 +410,11 @@ QWidget* ReconstructionPanel::makeFit() {
 }
 
 QWidget* ReconstructionPanel::makeAdvanced() {
-  auto* section = new Section(tr("Advanced &settings"), this);
-  section->setObjectName("advanced");
+  auto* section = named(new Section(tr("Advanced &settings"), this), "advanced");
   auto* content = new QWidget(section);
-  auto* layout = new QVBoxLayout(content);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = layoutWithoutMargins<QVBoxLayout>(content);
   layout->addWidget(makeQualityOptions());
-  settings_ = new SettingsPanel(content);
-  settings_->setObjectName("settings");
+  settings_ = named(new SettingsPanel(content), "settings");
   layout->addWidget(settings_);
   section->setContent(content);
   connect(settings_, &SettingsPanel::settingsChanged, this, &ReconstructionPanel::edited);
@@ -455,23 +424,20 @@ QWidget* ReconstructionPanel::makeAdvanced() {
 QWidget* ReconstructionPanel::makeQualityOptions() {
   auto* group = new QGroupBox(tr("How the quality is measured"), this);
   auto* form = makeForm(group);
-  gap_ = new QSpinBox(group);
-  gap_->setObjectName("qualityGap");
+  gap_ = named(new QSpinBox(group), "qualityGap",
+               tr("The second fit keeps every n-th slice of the first scan and is scored on the others;\n"
+                  "automatic: every 2nd of thick slices, every 4th of thin ones."));
   gap_->setRange(1, 64); // 1: the usual one
   gap_->setSpecialValueText(tr("automatic"));
-  gap_->setToolTip(tr("The second fit keeps every n-th slice of the first scan and is scored on the others;\n"
-                      "automatic: every 2nd of thick slices, every 4th of thin ones."));
-  heldOut_ = new QDoubleSpinBox(group);
-  heldOut_->setObjectName("heldOutFraction");
+  heldOut_ =
+      named(new QDoubleSpinBox(group), "heldOutFraction",
+            tr("Share of each scan's slices withheld from a second fit, to judge the quality on them\n"
+               "(0 to 50 %). The result itself is fitted to all slices; it takes about twice the time."));
   heldOut_->setRange(0, 50);
   heldOut_->setDecimals(1);
   heldOut_->setSuffix(tr(" %"));
   heldOut_->setSpecialValueText(tr("none"));
-  heldOut_->setToolTip(
-      tr("Share of each scan's slices withheld from a second fit, to judge the quality on them\n"
-         "(0 to 50 %). The result itself is fitted to all slices; it takes about twice the time."));
-  for (QAbstractSpinBox* spin :
-       {static_cast<QAbstractSpinBox*>(gap_), static_cast<QAbstractSpinBox*>(heldOut_)}) {
+  for (QAbstractSpinBox* spin : std::initializer_list<QAbstractSpinBox*>{gap_, heldOut_}) {
     spin->setKeyboardTracking(false);
     spin->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
   }
@@ -493,16 +459,13 @@ QWidget* ReconstructionPanel::makeStart() {
   estimate_ = makeWrappedLabel("estimateText", content);
   estimate_->setToolTip(tr("Estimated time, and memory (GB) beyond that of the scans."));
   estimate_->hide();
-  refusalLine_ = new MessageLine(content);
-  refusalLine_->setObjectName("refusal");
-  button_ = new QPushButton(content);
-  button_->setObjectName("reconstruct");
+  refusalLine_ = named(new MessageLine(content), "refusal");
+  button_ = named(new QPushButton(content), "reconstruct");
   button_->setMinimumHeight(2 * fontMetrics().lineSpacing());
   auto* row = new QHBoxLayout;
   row->addWidget(progress_->head(), 1);
   row->addWidget(button_, 0);
-  recovery_ = new RecoveryLine(host_, RecoveryLine::Scans::AtRest, content);
-  recovery_->setObjectName("recoveryLine");
+  recovery_ = named(new RecoveryLine(host_, RecoveryLine::Scans::AtRest, content), "recoveryLine");
   auto* layout = new QVBoxLayout(content);
   const int gap = layout->spacing() / 2;
   layout->setContentsMargins(0, gap, 0, gap);

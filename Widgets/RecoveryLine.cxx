@@ -2,6 +2,7 @@
 
 #include "IO/FilePath.h"
 #include "Widgets/MessageLine.h"
+#include "Widgets/PanelTools.h"
 
 #include <QDir>
 #include <QFile>
@@ -25,16 +26,14 @@ RecoveryLine::RecoveryLine(Host* host, Scans scans, QWidget* parent)
     : QWidget(parent), host_(host), moving_(scans == Scans::Moving), message_(new MessageLine(this)),
       accept_(new QPushButton(tr("Continue"), this)), dismiss_(new QPushButton(this)) {
   message_->setObjectName(moving_ ? "motionRecovery" : "recovery");
-  accept_->setObjectName(moving_ ? "motionGoOn" : "goOn");
-  accept_->setToolTip(
-      tr("Restores the settings of that fit; the next reconstruction of its scans continues it."));
+  named(accept_, moving_ ? "motionGoOn" : "goOn",
+        tr("Restores the settings of that fit; the next reconstruction of its scans continues it."));
   dismiss_->setObjectName(moving_ ? "motionDropRecovered" : "dropRecovered");
   auto* buttons = new QHBoxLayout;
   buttons->addStretch(1);
   buttons->addWidget(accept_);
   buttons->addWidget(dismiss_);
-  auto* layout = new QVBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = layoutWithoutMargins<QVBoxLayout>(this);
   layout->addWidget(message_);
   layout->addLayout(buttons);
   connect(accept_, &QPushButton::clicked, this, &RecoveryLine::accept);
@@ -61,8 +60,7 @@ bool RecoveryLine::refresh() {
     });
     const QString what =
         found == fits.end() ? QFileInfo(file_).fileName() : QString::fromStdString(found->inputs);
-    message_->setMessage(
-        MessageLine::Kind::Information,
+    message_->say(
         (moving_ ? tr("The next reconstruction continues that of “%1”: choose the same scan and settings.")
                  : tr("The next reconstruction continues that of “%1”: choose the same scans, mask and "
                       "settings."))
@@ -76,9 +74,8 @@ bool RecoveryLine::refresh() {
                   .arg(offered_.iteration)
                   .arg(offered_.iterations)
             : tr("The reconstruction of “%1” was stopped when its fit was complete.").arg(scans);
-    message_->setMessage(
-        MessageLine::Kind::Information,
-        stopped + ' ' + tr("Its state is kept in %1.").arg(QDir::toNativeSeparators(textOf(offered_.file))));
+    message_->say(stopped + ' ' +
+                  tr("Its state is kept in %1.").arg(QDir::toNativeSeparators(textOf(offered_.file))));
   }
   accept_->setVisible(file_.isEmpty());
   dismiss_->setText(file_.isEmpty() ? tr("Delete") : tr("Start Over"));

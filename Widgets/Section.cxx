@@ -1,21 +1,21 @@
 #include "Widgets/Section.h"
 
+#include "Widgets/PanelTools.h"
+
 #include <QToolButton>
 #include <QVBoxLayout>
 
 namespace innergs::ui {
 
 Section::Section(const QString& title, QWidget* parent) : QWidget(parent), button_(new QToolButton(this)) {
-  button_->setObjectName("sectionButton");
+  named(button_, "sectionButton", tr("Show or hide these settings"));
   button_->setText(title);
   button_->setCheckable(true);
   button_->setAutoRaise(true);
   button_->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
   button_->setArrowType(Qt::RightArrow);
   button_->setFocusPolicy(Qt::StrongFocus);
-  button_->setToolTip(tr("Show or hide these settings"));
-  auto* layout = new QVBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = layoutWithoutMargins<QVBoxLayout>(this);
   layout->addWidget(button_);
   setFocusProxy(button_);
   connect(button_, &QToolButton::toggled, this, &Section::setOpen);

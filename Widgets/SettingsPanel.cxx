@@ -84,8 +84,7 @@ QString settingTip(const Setting& row) {
 SettingsPanel::SettingsPanel(QWidget* parent) : SettingsPanel(advancedSettings(), parent) {}
 
 SettingsPanel::SettingsPanel(const std::vector<const Setting*>& rows, QWidget* parent) : QWidget(parent) {
-  auto* layout = new QVBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = layoutWithoutMargins<QVBoxLayout>(this);
   auto* hint = makeWrappedLabel("settingsHint", this);
   hint->setText(tr("\"automatic\" is chosen from the preset and the scans. Empty a field to return to it."));
   layout->addWidget(hint);
@@ -105,13 +104,11 @@ SettingsPanel::SettingsPanel(const std::vector<const Setting*>& rows, QWidget* p
       form->addRow((unit.isEmpty() ? label : tr("%1 (%2)").arg(label, unit)) + ":", field.widget);
       form->labelForField(field.widget)->setToolTip(settingTip(row));
     }
-    field.widget->setObjectName(row.name);
-    field.widget->setToolTip(settingTip(row));
+    named(field.widget, row.name, settingTip(row));
     fields_.push_back(field);
   }
-  auto* defaults = new QPushButton(tr("Restore defaul&ts"), this);
-  defaults->setObjectName("restoreDefaults");
-  defaults->setToolTip(tr("Restores the defaults of all advanced settings. Preset and device stay."));
+  auto* defaults = named(new QPushButton(tr("Restore defaul&ts"), this), "restoreDefaults",
+                         tr("Restores the defaults of all advanced settings. Preset and device stay."));
   layout->addWidget(defaults, 0, Qt::AlignLeft);
   guardWheel(this);
   showSettings();
@@ -137,11 +134,8 @@ void SettingsPanel::restoreDefaults() {
 
 QFormLayout* SettingsPanel::makeGroup(const QString& title) {
   auto* group = new QGroupBox(title, this);
-  auto* form = new QFormLayout(group);
-  form->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
-  form->setRowWrapPolicy(QFormLayout::WrapLongRows);
   layout()->addWidget(group);
-  return form;
+  return makeForm(group);
 }
 
 void SettingsPanel::edit(const std::function<void()>& change) {

@@ -69,9 +69,9 @@ SlicesDialog::SlicesDialog(vtkTable* slices, bool saved, QWidget* parent)
   layout->addWidget(table_, 1);
   layout->addWidget(buttons);
   if (saved) {
-    QPushButton* save = buttons->addButton(tr("&Save…"), QDialogButtonBox::ActionRole);
-    save->setObjectName(QStringLiteral("saveSlices"));
-    save->setToolTip(tr("Save this table, with the place of every slice, as tab-separated values (.tsv)"));
+    QPushButton* save =
+        named(buttons->addButton(tr("&Save…"), QDialogButtonBox::ActionRole), "saveSlices",
+              tr("Save this table, with the place of every slice, as tab-separated values (.tsv)"));
     connect(save, &QPushButton::clicked, this, &SlicesDialog::saveRequested);
   }
   connect(buttons, &QDialogButtonBox::rejected, this, &QDialog::reject);

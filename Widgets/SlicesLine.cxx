@@ -1,14 +1,13 @@
 #include "Widgets/SlicesLine.h"
 
 #include "Widgets/MessageLine.h"
-#include "Widgets/SaveDialog.h"
+#include "Widgets/PanelTools.h"
 #include "Widgets/SlicesDialog.h"
 
 #include <vtkTable.h>
 
 #include <QDir>
 #include <QFileDialog>
-#include <QFileInfo>
 #include <QHBoxLayout>
 #include <QMessageBox>
 #include <QPushButton>
@@ -27,8 +26,7 @@ SlicesLine::SlicesLine(Host* host, QWidget* parent)
   buttons->addWidget(show_);
   buttons->addWidget(create_);
   buttons->addStretch(1);
-  auto* layout = new QVBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = layoutWithoutMargins<QVBoxLayout>(this);
   layout->addLayout(buttons);
   layout->addWidget(message_);
   connect(show_, &QPushButton::clicked, this, &SlicesLine::showTable);
@@ -68,23 +66,17 @@ void SlicesLine::showTable() {
 }
 
 void SlicesLine::saveTable() {
-  auto* dialog = new SaveDialog(dialog_, tr("Save the table of slices"), host_->folder(),
-                                tr("Tab-separated values (*.tsv)"), QStringLiteral("slices.tsv"));
-  dialog->setObjectName(QStringLiteral("saveSlicesDialog"));
-  dialog->setAttribute(Qt::WA_DeleteOnClose);
-  connect(dialog, &QFileDialog::fileSelected, this, [this, dialog](const QString& chosen) {
-    const QString file = dialog->complete(chosen);
-    if (file.isEmpty()) return;
-    host_->setFolder(QFileInfo(file).absolutePath());
-    say(tr("Saved the table to “%1”.").arg(QDir::toNativeSeparators(file)), host_->saveSliceTable(file));
-  });
-  dialog->open();
+  askWhereToSave(
+      dialog_, host_, "saveSlicesDialog", tr("Save the table of slices"), tr("Tab-separated values (*.tsv)"),
+      QStringLiteral("slices.tsv"), [this](const QString& file) {
+        say(tr("Saved the table to “%1”.").arg(QDir::toNativeSeparators(file)), host_->saveSliceTable(file));
+      });
 }
 
 void SlicesLine::createTransforms() {
   if (!host_->keepsSlicesInFiles()) return createIn({});
-  auto* dialog = new QFileDialog(this, tr("Folder for the transforms"), host_->folder());
-  dialog->setObjectName(QStringLiteral("transformsDialog"));
+  auto* dialog =
+      named(new QFileDialog(this, tr("Folder for the transforms"), host_->folder()), "transformsDialog");
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   dialog->setFileMode(QFileDialog::Directory);
   dialog->setOption(QFileDialog::ShowDirsOnly);
@@ -108,10 +100,7 @@ void SlicesLine::createIn(const QString& folder) {
 }
 
 void SlicesLine::say(const QString& done, const QString& error) {
-  if (error.isEmpty())
-    message_->setMessage(MessageLine::Kind::Information, done);
-  else
-    message_->setMessage(MessageLine::Kind::Error, error);
+  message_->say(error.isEmpty() ? done : error, !error.isEmpty());
 }
 
 } // namespace innergs::ui

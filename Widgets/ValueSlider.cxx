@@ -1,5 +1,7 @@
 #include "Widgets/ValueSlider.h"
 
+#include "Widgets/PanelTools.h"
+
 #include <QDoubleSpinBox>
 #include <QHBoxLayout>
 #include <QSignalBlocker>
@@ -13,8 +15,7 @@ namespace innergs::ui {
 ValueSlider::ValueSlider(const QString& suffix, int decimals, QWidget* parent)
     : QWidget(parent), slider_(new QSlider(Qt::Horizontal, this)), box_(new QDoubleSpinBox(this)),
       perStep_(std::pow(10., -decimals)) {
-  auto* layout = new QHBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = layoutWithoutMargins<QHBoxLayout>(this);
   layout->addWidget(slider_, 1);
   layout->addWidget(box_);
   box_->setSuffix(suffix);
@@ -71,7 +72,7 @@ void ValueSlider::setWrapping(bool wrapping) {
 void ValueSlider::describe(const QString& name, const QString& accessibleName, const QString& toolTip) {
   slider_->setObjectName(name + QStringLiteral("Slider"));
   box_->setObjectName(name + QStringLiteral("Value"));
-  for (QWidget* part : {static_cast<QWidget*>(slider_), static_cast<QWidget*>(box_)}) {
+  for (QWidget* part : QWidgetList{slider_, box_}) {
     part->setAccessibleName(accessibleName);
     part->setToolTip(toolTip);
   }

@@ -1,6 +1,7 @@
 #include "CLI/ComparisonPicture.h"
 
 #include "CLI/ColorMaps.h"
+#include "CLI/PlaneView.h"
 #include "Core/Base/Error.h"
 
 #include <spdlog/fmt/fmt.h>
@@ -13,46 +14,6 @@ namespace innergs::cli {
 namespace {
 
 constexpr int margin = 12, lineHeight = 32, letterHeight = 26, textScale = 2;
-
-using ColourAt = std::function<Colour(const Vec3&)>; // at an index on the truth's lattice
-
-// One plane through the middle of a lattice, in radiological orientation: the patient's left on the right,
-// head up.
-struct View {
-  Plane plane;
-  int across, down, through; // lattice axes
-  bool flipAcross, flipDown;
-  std::int64_t slice;
-  int width, height; // pixels
-  double step;       // mm per pixel
-
-  View(const GridGeometry& g, Plane p, double mmPerPixel) : plane(p), step(mmPerPixel) {
-    across = sliceAxis(g, p == Plane::Sagittal ? Plane::Coronal : Plane::Sagittal);
-    down = sliceAxis(g, p == Plane::Axial ? Plane::Coronal : Plane::Axial);
-    through = sliceAxis(g, p);
-    flipAcross = g.direction[p == Plane::Sagittal ? 1 : 0][across] < 0;
-    flipDown = p == Plane::Axial ? g.direction[1][down] < 0 : g.direction[2][down] > 0;
-    slice = g.size[through] / 2;
-    width = static_cast<int>(std::lround(g.extent()[across] / step));
-    height = static_cast<int>(std::lround(g.extent()[down] / step));
-  }
-
-  void draw(Picture& picture, int left, int top, const GridGeometry& g, const ColourAt& colour) const {
-    for (int y = 0; y < height; ++y)
-      for (int x = 0; x < width; ++x) {
-        Vec3 index;
-        index[across] = indexAt(flipAcross ? width - 1 - x : x, g, across);
-        index[down] = indexAt(flipDown ? height - 1 - y : y, g, down);
-        index[through] = static_cast<double>(slice);
-        picture.set(left + x, top + y, colour(index));
-      }
-  }
-
-private:
-  double indexAt(int pixel, const GridGeometry& g, int axis) const {
-    return (pixel + 0.5) * step / g.spacing[axis] - 0.5;
-  }
-};
 
 // Value of the nearest voxel; NaN outside.
 float valueAt(const Volume& volume, const Vec3& index) {
@@ -91,12 +52,12 @@ void drawErrorScale(Picture& picture, int left, int top) {
 }
 
 /// The plane's name, one letter below the other.
-int labelHeight(const View& view) {
+int labelHeight(const PlaneView& view) {
   return static_cast<int>(std::string(planeName(view.plane)).size()) * letterHeight;
 }
 
 /// Small volumes leave room for the name.
-int rowHeight(const View& view) {
+int rowHeight(const PlaneView& view) {
   return std::max(view.height, labelHeight(view)) + margin;
 }
 
@@ -135,11 +96,11 @@ Picture comparisonPicture(const EvaluationReport& report, const std::string& tit
   const double finest = *std::min_element(g.spacing.begin(), g.spacing.end());
   const Vec3 extent = g.extent();
   const double step = std::max(finest / 2, *std::max_element(extent.begin(), extent.end()) / 440);
-  std::vector<View> views;
+  std::vector<PlaneView> views;
   int columnWidth = Picture::textWidth("error of totalvariation", textScale),
       height = margin + 4 * lineHeight + margin;
   for (const Plane plane : {Plane::Axial, Plane::Coronal, Plane::Sagittal}) {
-    views.emplace_back(g, plane, step);
+    views.emplace_back(g, plane, g.size[sliceAxis(g, plane)] / 2, step);
     columnWidth = std::max(columnWidth, views.back().width);
     height += rowHeight(views.back());
   }
@@ -153,7 +114,7 @@ Picture comparisonPicture(const EvaluationReport& report, const std::string& tit
     picture.text(left, margin + 2 * lineHeight, column.subheading, kFaintText, textScale);
     int top = margin + 3 * lineHeight;
     for (const auto& view : views) {
-      view.draw(picture, left + (columnWidth - view.width) / 2, top, g, column.colour);
+      view.draw(picture, left + (columnWidth - view.width) / 2, top, column.colour);
       top += rowHeight(view);
     }
     left += columnWidth + margin;

@@ -143,11 +143,9 @@ Subcommand addEvaluate(CLI::App& app) {
   auto* command = app.add_subcommand(
       "evaluate", "Measures the quality against a known truth, compared with classic methods");
   auto o = std::make_shared<EvaluateOptions>();
-  command
-      ->add_option("volume", o->volumes,
-                   "The truth: the volume that input is taken from; with --protocol scans, two scans or more")
-      ->required()
-      ->type_name("VOLUME");
+  addOption(*command, "volume", o->volumes, "VOLUME",
+            "The truth: the volume that input is taken from; with --protocol scans, two scans or more")
+      ->required();
   addReading(*command, o->reading);
   addChoice<Protocol>(
       *command, "--protocol", o->protocol,
@@ -160,72 +158,54 @@ Subcommand addEvaluate(CLI::App& app) {
       "planes still show them; stacks: thick scans at right angles of a patient who moves; scans: "
       "slices\nwithheld from several real scans, predicted from the rest and from their average [held-out]");
   auto* keepEvery =
-      command
-          ->add_option("--keep-every", o->keepEvery,
-                       "Held-out: keep every k-th axial slice, score on the others [4, without other case]")
-          ->type_name("K")
+      addOption(*command, "--keep-every", o->keepEvery, "K",
+                "Held-out: keep every k-th axial slice, score on the others [4, without other case]")
           ->check(CLI::Range(2, 64));
-  command
-      ->add_option("--thickness", o->thickness,
-                   "Held-out: slices averaged over k voxels, score on the whole volume; stacks: mm [5]")
-      ->type_name("K")
+  addOption(*command, "--thickness", o->thickness, "K",
+            "Held-out: slices averaged over k voxels, score on the whole volume; stacks: mm [5]")
       ->check(CLI::Range(2, 64))
       ->excludes(keepEvery);
-  command
-      ->add_option("--orthogonal", o->orthogonal,
-                   "Held-out: this many thick scans at right angles, with --thickness [4]; stacks: [3]")
-      ->type_name("N")
+  addOption(*command, "--orthogonal", o->orthogonal, "N",
+            "Held-out: this many thick scans at right angles, with --thickness [4]; stacks: [3]")
       ->check(CLI::Range(2, 3))
       ->excludes(keepEvery);
-  command
-      ->add_option("--noise", o->noise,
-                   "Held-out, stacks: standard deviation of noise added to the input, image units [0]")
-      ->type_name("SD")
+  addOption(*command, "--noise", o->noise, "SD",
+            "Held-out, stacks: standard deviation of noise added to the input, image units [0]")
       ->check(CLI::NonNegativeNumber);
-  command
-      ->add_option("--withheld", o->withheld,
-                   "Paper: fraction of each plane's slices withheld [0.05]; scans: of each scan's, a third "
-                   "at most [0.2]")
-      ->type_name("F")
+  addOption(*command, "--withheld", o->withheld, "F",
+            "Paper: fraction of each plane's slices withheld [0.05]; scans: of each scan's, a third "
+            "at most [0.2]")
       ->check(CLI::Range(0.001, 0.5));
-  command
-      ->add_option(
-          "--mask", o->masks,
-          "Scans: fit and score inside this mask, or one per scan in their order; give it after them")
-      ->type_name("IMAGE");
-  const auto amount = [&](const char* name, double& target, const char* help, const char* unit) {
-    command->add_option(name, target, help)->type_name(unit)->check(CLI::NonNegativeNumber);
+  addOption(*command, "--mask", o->masks, "IMAGE",
+            "Scans: fit and score inside this mask, or one per scan in their order; give it after them");
+  const auto amount = [&](const char* name, double& target, const char* unit, const char* help) {
+    addOption(*command, name, target, unit, help)->check(CLI::NonNegativeNumber);
   };
-  amount("--gap", o->stacks.gap, "Stacks: distance between slices [0]", "MM");
-  amount("--motion", o->stacks.motion, "Stacks: every slice is displaced by up to this along each axis [0]",
-         "MM");
-  amount("--turn", o->stacks.turn, "Stacks: and turned by up to this about each axis [0]", "DEG");
-  command
-      ->add_option("--motion-packets", o->stacks.motionPackets,
-                   "Stacks: the slices of each of so many interleaved packets move together [0: every slice "
-                   "by itself]")
-      ->type_name("N")
+  amount("--gap", o->stacks.gap, "MM", "Stacks: distance between slices [0]");
+  amount("--motion", o->stacks.motion, "MM",
+         "Stacks: every slice is displaced by up to this along each axis [0]");
+  amount("--turn", o->stacks.turn, "DEG", "Stacks: and turned by up to this about each axis [0]");
+  addOption(*command, "--motion-packets", o->stacks.motionPackets, "N",
+            "Stacks: the slices of each of so many interleaved packets move together [0: every slice "
+            "by itself]")
       ->check(CLI::Range(0, 10'000));
-  amount("--shading", o->stacks.shading,
-         "Stacks: the brightness of each scan varies smoothly by up to ± this share [0]", "F");
-  amount("--slice-gain", o->stacks.gain, "Stacks: each slice is multiplied by 1 ± up to this [0]", "F");
-  command
-      ->add_option("--central", o->stacks.central,
-                   "Stacks: scan a cube of so many voxels in the middle [all]")
-      ->type_name("N")
+  amount("--shading", o->stacks.shading, "F",
+         "Stacks: the brightness of each scan varies smoothly by up to ± this share [0]");
+  amount("--slice-gain", o->stacks.gain, "F", "Stacks: each slice is multiplied by 1 ± up to this [0]");
+  addOption(*command, "--central", o->stacks.central, "N",
+            "Stacks: scan a cube of so many voxels in the middle [all]")
       ->check(CLI::Range(16, 4096));
   command->add_flag(
       "--uncertainty", o->uncertainty,
       "Held-out, stacks: also how often the stated uncertainty of the Gaussians holds; takes a second fit");
   command->add_flag("--baselines-only", o->baselinesOnly, "Leave out the Gaussians");
-  command->add_option("--csv", o->csv, "Table to write as CSV")->type_name("FILE");
-  command->add_option("--json", o->json, "Table to write as JSON")->type_name("FILE");
-  command
-      ->add_option("--picture", o->picture, "PNG to write: three planes of input, result, truth and errors")
-      ->type_name("FILE");
-  command->add_option("--save-volume", o->saveVolume, "The Gaussians' volume: .nii, .nii.gz, .nrrd or .mha")
-      ->type_name("FILE");
-  command->add_option("--save-model", o->saveModel, "The Gaussians' model (.innergs)")->type_name("FILE");
+  addOption(*command, "--csv", o->csv, "FILE", "Table to write as CSV");
+  addOption(*command, "--json", o->json, "FILE", "Table to write as JSON");
+  addOption(*command, "--picture", o->picture, "FILE",
+            "PNG to write: three planes of input, result, truth and errors");
+  addOption(*command, "--save-volume", o->saveVolume, "FILE",
+            "The Gaussians' volume: .nii, .nii.gz, .nrrd or .mha");
+  addOption(*command, "--save-model", o->saveModel, "FILE", "The Gaussians' model (.innergs)");
   command->add_flag("-q,--quiet", o->quiet, "No progress; the table only");
   addSettings(*command, o->settings);
   command->footer(

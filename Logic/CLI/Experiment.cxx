@@ -22,6 +22,7 @@
 
 #include <algorithm>
 #include <iostream>
+#include <map>
 
 namespace innergs::cli {
 namespace {
@@ -96,24 +97,17 @@ public:
       : o_(options), display_(display), stop_(std::move(stop)) {}
 
   void run(const KnownExperiment& experiment) {
-    const std::string& name = experiment.name;
     if (stop_.stop_requested()) throw Error(ErrorCode::Cancelled, "The experiments were cancelled.");
-    if (name == "selection")
-      selection();
-    else if (name == "contour")
-      contour();
-    else if (name == "dynamic")
-      dynamic();
-    else if (name == "text")
-      text();
-    else if (name == "segmentation")
-      segmentation();
-    else if (name == "static")
-      staticReconstruction();
-    else if (experiment.ablation == kPrediction)
-      predictionAblation();
-    else
-      ablation(experiment.ablation);
+    if (experiment.ablation == kPrediction) return predictionAblation();
+    if (!experiment.ablation.empty()) return ablation(experiment.ablation);
+    static const std::map<std::string, void (Experiments::*)()> others{
+        {"selection", &Experiments::selection},
+        {"contour", &Experiments::contour},
+        {"dynamic", &Experiments::dynamic},
+        {"text", &Experiments::text},
+        {"static", &Experiments::staticReconstruction},
+        {"segmentation", &Experiments::segmentation}};
+    (this->*others.at(experiment.name))();
   }
 
   /// Throws Error(Io) if a table or picture could not be written.
@@ -343,39 +337,29 @@ Subcommand addExperiment(CLI::App& app) {
   auto* command =
       app.add_subcommand("experiment", "Reproduces the paper's tables, with its figures next to ours");
   auto o = std::make_shared<ExperimentOptions>();
-  command
-      ->add_option("names", o->names,
-                   "selection: simulation of the candidate selections\n"
-                   "contour: the conditional splat against the sliced 3D Gaussian\n"
-                   "dynamic: frames withheld from a moving scan and interpolated\n"
-                   "static: every blending by the paper's and the held-out protocol\n"
-                   "text: queries in words, on two sets of phrases\n"
-                   "segmentation: labels of some slices propagated to the others\n"
-                   "ablation: the effect of each choice, or of one of them: " +
-                       joined(knownNames(true)))
-      ->type_name("NAME");
+  addOption(*command, "names", o->names, "NAME",
+            "selection: simulation of the candidate selections\n"
+            "contour: the conditional splat against the sliced 3D Gaussian\n"
+            "dynamic: frames withheld from a moving scan and interpolated\n"
+            "static: every blending by the paper's and the held-out protocol\n"
+            "text: queries in words, on two sets of phrases\n"
+            "segmentation: labels of some slices propagated to the others\n"
+            "ablation: the effect of each choice, or of one of them: " +
+                joined(knownNames(true)));
   command->add_flag("--all", o->all, "All of them: 10 to 30 minutes on two cores");
-  command
-      ->add_option(
-          "--volume", o->volume,
-          "The truth for static and the ablations (the paper's: BrainWeb T1); for segmentation, the\n"
-          "labels' own scan")
-      ->type_name("FILE");
-  command
-      ->add_option("--series", o->series,
-                   "Moving scan for dynamic: 4D NIfTI, .seq.nrrd or a folder [a phantom that jitters]")
-      ->type_name("FILE");
-  command->add_option("--labels", o->labels, "Labelmaps of the volume, for segmentation")
-      ->type_name("FILE ...");
-  command->add_option("--label-names", o->labelNames, "Their names, JSON, in the same order")
-      ->type_name("FILE ...");
+  addOption(*command, "--volume", o->volume, "FILE",
+            "The truth for static and the ablations (the paper's: BrainWeb T1); for segmentation, the\n"
+            "labels' own scan");
+  addOption(*command, "--series", o->series, "FILE",
+            "Moving scan for dynamic: 4D NIfTI, .seq.nrrd or a folder [a phantom that jitters]");
+  addOption(*command, "--labels", o->labels, "FILE ...", "Labelmaps of the volume, for segmentation");
+  addOption(*command, "--label-names", o->labelNames, "FILE ...", "Their names, JSON, in the same order");
   addTextModel(*command, o->textModel);
-  command->add_option("-o,--output", o->output, "Folder for the tables (CSV) and pictures (PNG)")
-      ->required()
-      ->type_name("FOLDER");
+  addOption(*command, "-o,--output", o->output, "FOLDER", "Folder for the tables (CSV) and pictures (PNG)")
+      ->required();
   command->add_flag("--quick", o->quick, "A small crop and a few iterations: only shows that it runs");
-  command->add_option("--gaussians", o->gaussians, "Gaussians at the start of a fit [74088, the paper's]")
-      ->type_name("N");
+  addOption(*command, "--gaussians", o->gaussians, "N",
+            "Gaussians at the start of a fit [74088, the paper's]");
   addSetting(*command, o->settings, "seed", "Of withheld slices, starts and simulations [1]");
   for (const char* name : {"threads", "device", "instructionSet"})
     addSetting(*command, o->settings, name);

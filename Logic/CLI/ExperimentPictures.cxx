@@ -2,12 +2,12 @@
 
 #include "CLI/ColorMaps.h"
 #include "CLI/LineChart.h"
+#include "CLI/PlaneView.h"
 
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 namespace innergs::cli {
 namespace {
@@ -26,48 +26,13 @@ void drawContour(Picture& picture, const std::vector<std::array<double, 2>>& con
     drawLine(picture, pixel(contour[n]), pixel(contour[(n + 1) % contour.size()]), width, colour);
 }
 
-/// One axial slice in radiological orientation: the patient's left on the right, front up.
-class AxialSlice {
-public:
-  AxialSlice(const GridGeometry& g, std::int64_t slice)
-      : size_(g.size), slice_(slice), across_(sliceAxis(g, Plane::Sagittal)),
-        down_(sliceAxis(g, Plane::Coronal)), through_(sliceAxis(g, Plane::Axial)),
-        flipAcross_(g.direction[0][across_] < 0), flipDown_(g.direction[1][down_] < 0) {
-    const double finest = std::min(g.spacing[across_], g.spacing[down_]);
-    const double longest = std::max(g.extent()[across_], g.extent()[down_]);
-    step_ = std::max(finest / 2, longest / 360);
-    width = std::max(1, static_cast<int>(std::lround(g.extent()[across_] / step_)));
-    height = std::max(1, static_cast<int>(std::lround(g.extent()[down_] / step_)));
-    spacing_ = g.spacing;
-  }
-
-  void draw(Picture& picture, int left, int top, const std::function<Colour(std::size_t)>& colour) const {
-    for (int y = 0; y < height; ++y)
-      for (int x = 0; x < width; ++x) {
-        std::array<std::int64_t, 3> index;
-        index[across_] = at(flipAcross_ ? width - 1 - x : x, across_);
-        index[down_] = at(flipDown_ ? height - 1 - y : y, down_);
-        index[through_] = slice_;
-        picture.set(left + x, top + y,
-                    colour(static_cast<std::size_t>(index[0] + size_[0] * (index[1] + size_[1] * index[2]))));
-      }
-  }
-
-  int width, height; // pixels
-
-private:
-  std::int64_t at(int pixel, int axis) const {
-    const auto voxel = static_cast<std::int64_t>((pixel + 0.5) * step_ / spacing_[axis]);
-    return std::clamp<std::int64_t>(voxel, 0, size_[axis] - 1);
-  }
-
-  std::array<std::int64_t, 3> size_;
-  std::int64_t slice_;
-  int across_, down_, through_; // lattice axes
-  bool flipAcross_, flipDown_;
-  Vec3 spacing_;
-  double step_; // mm per pixel
-};
+/// The nearest voxel to an index on a lattice.
+std::size_t voxelAt(const GridGeometry& g, const Vec3& index) {
+  std::array<std::int64_t, 3> voxel;
+  for (int a = 0; a < 3; ++a)
+    voxel[a] = std::clamp<std::int64_t>(std::llround(index[a]), 0, g.size[a] - 1);
+  return static_cast<std::size_t>(voxel[0] + g.size[0] * (voxel[1] + g.size[1] * voxel[2]));
+}
 
 Series seriesOf(const std::string& label, const std::vector<FitPoint>& curve) {
   Series series;
@@ -113,7 +78,11 @@ Picture contourPicture(const ContourResult& result) {
 
 Picture staticPicture(const StaticExperiment& experiment, const std::string& title) {
   const Volume& truth = experiment.truth;
-  const AxialSlice slice(truth.geometry, experiment.slice);
+  const GridGeometry& g = truth.geometry;
+  const int across = sliceAxis(g, Plane::Sagittal), down = sliceAxis(g, Plane::Coronal);
+  const double finest = std::min(g.spacing[across], g.spacing[down]);
+  const double longest = std::max(g.extent()[across], g.extent()[down]);
+  const PlaneView slice(g, Plane::Axial, experiment.slice, std::max(finest / 2, longest / 360));
   const GreyScale shade(truth);
 
   const int columns = 1 + static_cast<int>(experiment.rows.size());
@@ -125,7 +94,8 @@ Picture staticPicture(const StaticExperiment& experiment, const std::string& tit
   int left = kMargin;
   picture.text(left, 48, "truth", kInk);
   picture.text(left, 64, fmt::format("axial slice {}, withheld", experiment.slice), kFaintText);
-  slice.draw(picture, left, header, [&](std::size_t p) { return shade(truth.voxels[p]); });
+  slice.draw(picture, left, header,
+             [&](const Vec3& index) { return shade(truth.voxels[voxelAt(g, index)]); });
   picture.text(left, header + slice.height + kMargin, "error: black 0,", kFaintText);
   picture.text(left, header + slice.height + kMargin + 18,
                fmt::format("white {:.0f} % of the range", 100 * kErrorCeiling), kFaintText);
@@ -137,8 +107,10 @@ Picture staticPicture(const StaticExperiment& experiment, const std::string& tit
         left, 64,
         fmt::format("{:.2f} dB, SSIM {:.4f} (P)", row.paper->gaussians.psnr, row.paper->gaussians.ssim),
         kFaintText);
-    slice.draw(picture, left, header, [&](std::size_t p) { return shade(image.voxels[p]); });
-    slice.draw(picture, left, header + slice.height + kMargin, [&](std::size_t p) {
+    slice.draw(picture, left, header,
+               [&](const Vec3& index) { return shade(image.voxels[voxelAt(g, index)]); });
+    slice.draw(picture, left, header + slice.height + kMargin, [&](const Vec3& index) {
+      const std::size_t p = voxelAt(g, index);
       return heat(std::abs(image.voxels[p] - truth.voxels[p]) / (kErrorCeiling * experiment.peak));
     });
   }

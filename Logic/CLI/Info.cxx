@@ -197,8 +197,7 @@ Subcommand addInfo(CLI::App& app) {
   };
   auto* command = app.add_subcommand("info", "Describes an image or a model; without a file, this program");
   auto o = std::make_shared<InfoOptions>();
-  command->add_option("file", o->file, "Image, DICOM folder, model (.innergs) or Gaussians (.ply)")
-      ->type_name("FILE");
+  addOption(*command, "file", o->file, "FILE", "Image, DICOM folder, model (.innergs) or Gaussians (.ply)");
   addReading(*command, o->reading);
   command->add_flag("--json", o->json, "Print JSON");
   command->footer(

@@ -102,7 +102,7 @@ TimeSeries rendered(const DynamicField& field, const std::vector<double>& times,
   FrameRenderer renderer(field, grid, render, o.settings.device);
   for (const double time : times)
     series.frames.push_back(renderer.at(time));
-  if (!renderer.problem().empty()) fmt::print(stderr, "innergs: warning: {}\n", renderer.problem());
+  warn(renderer.problem());
   return series;
 }
 
@@ -163,8 +163,7 @@ int interpolate(const InterpolateOptions& o) {
     TimeSeriesOptions reading = o.reading;
     reading.sliceTimes = o.sliceTimes;
     TimeSeries series = readTimeSeries(o.input, reading);
-    if (const std::string remark = remarkOnPairs(series); !remark.empty())
-      fmt::print(stderr, "innergs: warning: {}\n", remark);
+    warn(remarkOnPairs(series));
     times = outputTimes(o, series.times);
     addTimed(o, times, files);
     expected = valuesOf(series.frames);
@@ -178,7 +177,7 @@ int interpolate(const InterpolateOptions& o) {
       throw Error(ErrorCode::Cancelled, "Interrupted before there was a model; nothing was written.");
     if (!result.choice.empty()) display.say(result.choice);
     for (const std::string& note : result.notes)
-      fmt::print(stderr, "innergs: warning: {}\n", note);
+      warn(note);
     notes["Inputs"] = utf8(std::filesystem::path(o.input).filename());
     if (const std::string settings = movingSettingsText(result.settings); !settings.empty())
       notes["Settings"] = settings;
@@ -193,10 +192,8 @@ int interpolate(const InterpolateOptions& o) {
     // Writes the result so far even after a stop.
     TimeSeries frames =
         rendered(field, times, grid, o, result.cancelled ? std::stop_token{} : interrupt.token());
-    const std::string remark =
-        o.at ? writeVolume({grid, std::move(frames.frames.front())}, path, o.type, expected)
-             : writeTimeSeries(frames, path, o.type, expected);
-    if (!remark.empty()) fmt::print(stderr, "innergs: warning: {}\n", remark);
+    warn(o.at ? writeVolume({grid, std::move(frames.frames.front())}, path, o.type, expected)
+              : writeTimeSeries(frames, path, o.type, expected));
   });
   files.write(o.motion, [&](const auto& path) {
     const GridGeometry grid = o.grid.choose(field.canonical.region(), field.canonical.region());
@@ -223,51 +220,34 @@ Subcommand addInterpolate(CLI::App& app) {
   auto* command =
       app.add_subcommand("interpolate", "Interpolates a moving scan at any time and fits a continuous model");
   auto o = std::make_shared<InterpolateOptions>();
-  command
-      ->add_option("input", o->input,
-                   "4D NIfTI or MINC2, .seq.nrrd, a folder with one image per frame and times.txt, or a\n"
-                   "model that --save-model wrote")
-      ->required()
-      ->type_name("SCAN");
-  command
-      ->add_option("-o,--output", o->output,
-                   "Frames to write: .nii.gz, .nii or .seq.nrrd; with --at one volume, .mha and .nrrd too")
-      ->type_name("FILE");
-  command->add_option("--save-model", o->saveModel, "Model of space and time to write (.innergs)")
-      ->type_name("FILE");
-  command->add_option("--report", o->report, "JSON report to write")->type_name("FILE");
-  command
-      ->add_option(
-          "--motion", o->motion,
-          "Motion at the output's times to write, as ITK's displacement fields (mm, LPS): resampling\n"
-          "the volume at a time through its field gives the one at --motion-from. One .seq.nrrd, or\n"
-          "one .nrrd, .nii.gz, .nii or .mha per time, numbered")
-      ->type_name("FILE");
-  command
-      ->add_option("--motion-from", o->motionFrom, "Time in s that --motion leads from [the middle frame's]")
-      ->type_name("S");
-  addNumbers(*command, "--times", o->times, {},
-             "Times of the output's frames in s, as a,b,c [those of the input]")
-      ->type_name("S");
-  command->add_option("--rate", o->rate, "Frames per second of the output, over all of the input's time")
-      ->type_name("HZ");
-  command->add_option("--at", o->at, "One volume at this time in s")->type_name("S");
-  addNumbers(*command, "--frame-times", o->reading.times, {},
-             "Times of the input's frames in s [from the file]")
-      ->type_name("S");
-  command
-      ->add_option("--frame-interval", o->reading.interval,
-                   "Time from one frame of the input to the next in s [from the file]")
-      ->type_name("S");
-  command
-      ->add_option("--slice-times", o->sliceTimes,
-                   "When the slices of a frame were acquired: BIDS's .json, or text with one time in s per\n"
-                   "slice [the .json beside the input, or its header]")
-      ->type_name("FILE");
-  command
-      ->add_option("--resume", o->resume,
-                   "Resume from a model that an interrupted run of the same scan and settings saved")
-      ->type_name("MODEL");
+  addOption(*command, "input", o->input, "SCAN",
+            "4D NIfTI or MINC2, .seq.nrrd, a folder with one image per frame and times.txt, or a\n"
+            "model that --save-model wrote")
+      ->required();
+  addOption(*command, "-o,--output", o->output, "FILE",
+            "Frames to write: .nii.gz, .nii or .seq.nrrd; with --at one volume, .mha and .nrrd too");
+  addOption(*command, "--save-model", o->saveModel, "FILE", "Model of space and time to write (.innergs)");
+  addOption(*command, "--report", o->report, "FILE", "JSON report to write");
+  addOption(*command, "--motion", o->motion, "FILE",
+            "Motion at the output's times to write, as ITK's displacement fields (mm, LPS): resampling\n"
+            "the volume at a time through its field gives the one at --motion-from. One .seq.nrrd, or\n"
+            "one .nrrd, .nii.gz, .nii or .mha per time, numbered");
+  addOption(*command, "--motion-from", o->motionFrom, "S",
+            "Time in s that --motion leads from [the middle frame's]");
+  addNumbers(*command, "--times", o->times, {}, "S",
+             "Times of the output's frames in s, as a,b,c [those of the input]");
+  addOption(*command, "--rate", o->rate, "HZ",
+            "Frames per second of the output, over all of the input's time");
+  addOption(*command, "--at", o->at, "S", "One volume at this time in s");
+  addNumbers(*command, "--frame-times", o->reading.times, {}, "S",
+             "Times of the input's frames in s [from the file]");
+  addOption(*command, "--frame-interval", o->reading.interval, "S",
+            "Time from one frame of the input to the next in s [from the file]");
+  addOption(*command, "--slice-times", o->sliceTimes, "FILE",
+            "When the slices of a frame were acquired: BIDS's .json, or text with one time in s per\n"
+            "slice [the .json beside the input, or its header]");
+  addOption(*command, "--resume", o->resume, "MODEL",
+            "Resume from a model that an interrupted run of the same scan and settings saved");
   o->grid.add(*command, "the frames' own grid");
   addOutputType(*command, o->type);
   for (const Setting& row : settingsTable())

@@ -98,28 +98,25 @@ void addSettings(CLI::App& app, Settings& settings) {
 }
 
 CLI::Option* addNumbers(CLI::App& app, const std::string& name, std::vector<double>& target,
-                        const std::vector<std::size_t>& counts, const std::string& help) {
-  return app.add_option_function<std::string>(
-      name,
-      [=, &target](const std::string& text) {
-        target = parseNumbers(text, name);
-        if (counts.empty() || std::find(counts.begin(), counts.end(), target.size()) != counts.end()) return;
-        std::string expected;
-        for (const auto count : counts)
-          expected += (expected.empty() ? "" : " or ") + std::to_string(count);
-        throw CLI::ValidationError(name, fmt::format("takes {} comma-separated number{}, not {}", expected,
-                                                     counts.back() == 1 ? "" : "s", target.size()));
-      },
-      help);
+                        const std::vector<std::size_t>& counts, const std::string& unit,
+                        const std::string& help) {
+  const auto parse = [=, &target](const std::string& text) {
+    target = parseNumbers(text, name);
+    if (counts.empty() || std::find(counts.begin(), counts.end(), target.size()) != counts.end()) return;
+    std::string expected;
+    for (const auto count : counts)
+      expected += (expected.empty() ? "" : " or ") + std::to_string(count);
+    throw CLI::ValidationError(name, fmt::format("takes {} comma-separated number{}, not {}", expected,
+                                                 counts.back() == 1 ? "" : "s", target.size()));
+  };
+  return app.add_option_function<std::string>(name, parse, help)->type_name(unit);
 }
 
 CLI::Option* addTextModel(CLI::App& app, std::string& folder) {
-  return app
-      .add_option(
-          "--text-model", folder,
-          "Folder with model.onnx and vocab.txt of a sentence embedding (all-MiniLM-L6-v2), which OpenVINO\n"
-          "runs: suggests segments for words that the lexicon does not know [INNERGS_TEXT_MODEL]")
-      ->type_name("FOLDER");
+  return addOption(
+      app, "--text-model", folder, "FOLDER",
+      "Folder with model.onnx and vocab.txt of a sentence embedding (all-MiniLM-L6-v2), which OpenVINO\n"
+      "runs: suggests segments for words that the lexicon does not know [INNERGS_TEXT_MODEL]");
 }
 
 SentenceModel useTextModel(const std::string& folder) {
@@ -130,11 +127,9 @@ SentenceModel useTextModel(const std::string& folder) {
 }
 
 void addReading(CLI::App& app, ReadOptions& reading) {
-  app.add_option("--frame", reading.frame, "Frame to take from a 4D file, from 0")
-      ->type_name("N")
+  addOption(app, "--frame", reading.frame, "N", "Frame to take from a 4D file, from 0")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--series", reading.series, "Series to take from a DICOM folder, from 1 [the only one]")
-      ->type_name("N")
+  addOption(app, "--series", reading.series, "N", "Series to take from a DICOM folder, from 1 [the only one]")
       ->check(CLI::PositiveNumber);
 }
 
@@ -152,7 +147,7 @@ std::shared_ptr<FieldDevice> renderDevice(const std::string& asked, const Gaussi
                                           std::int64_t samples, Selection selection) {
   std::string problem;
   auto device = renderingDevice(asked, field, samples, "", selection, &problem);
-  if (!problem.empty()) fmt::print(stderr, "innergs: warning: {}\n", problem);
+  warn(problem);
   return device;
 }
 
@@ -164,11 +159,8 @@ void Frame::add(CLI::App& app) {
 
 Span reach(const GridGeometry& domain, const Vec3& direction) {
   Span span;
-  for (int corner = 0; corner < 8; ++corner) {
-    Vec3 index;
-    for (int a = 0; a < 3; ++a)
-      index[a] = corner >> a & 1 ? domain.size[a] - 0.5 : -0.5;
-    const double at = dot(domain.indexToWorld()(index), direction);
+  for (const Vec3& corner : domain.corners()) {
+    const double at = dot(corner, direction);
     span.low = std::min(span.low, at);
     span.high = std::max(span.high, at);
   }
@@ -200,16 +192,13 @@ void GridOptions::checkMeets(const GridGeometry& grid) const {
 
 void GridOptions::add(CLI::App& app, const std::string& fallbackHelp) {
   auto* spacingOption =
-      addNumbers(app, "--spacing", spacing, {1, 3},
-                 "Voxel size of the output in mm: one number or x,y,z [" + fallbackHelp + "]")
-          ->type_name("MM");
-  app.add_option("--reference", reference, "Image whose voxel grid the output uses")
-      ->type_name("IMAGE")
+      addNumbers(app, "--spacing", spacing, {1, 3}, "MM",
+                 "Voxel size of the output in mm: one number or x,y,z [" + fallbackHelp + "]");
+  addOption(app, "--reference", reference, "IMAGE", "Image whose voxel grid the output uses")
       ->excludes(spacingOption);
-  addNumbers(app, "--roi", roi, {6},
+  addNumbers(app, "--roi", roi, {6}, "MM",
              "Only this box: xmin,xmax,ymin,ymax,zmin,zmax in mm in patient space, LPS (x grows to the\n"
-             "patient's left, y to the back, z to the head) or, with --ras, RAS")
-      ->type_name("MM");
+             "patient's left, y to the back, z to the head) or, with --ras, RAS");
   frame.add(app);
 }
 
@@ -239,8 +228,7 @@ void writeRendered(const Volume& volume, const GaussianField& field, const std::
     values.span =
         std::max(values.span, std::abs(field.intensityScale) * (double(high->intensity) - low->intensity));
   }
-  const std::string remark = writeVolume(volume, path, type, values);
-  if (!remark.empty()) fmt::print(stderr, "innergs: warning: {}\n", remark);
+  warn(writeVolume(volume, path, type, values));
 }
 
 GaussianField loadField(const std::filesystem::path& path, std::optional<double> fill) {
@@ -253,8 +241,7 @@ GaussianField loadField(const std::filesystem::path& path, std::optional<double>
 }
 
 void addFill(CLI::App& command, std::optional<double>& fill) {
-  command.add_option("--fill", fill, "Value outside the mask [the model's own]")
-      ->type_name("VALUE")
+  addOption(command, "--fill", fill, "VALUE", "Value outside the mask [the model's own]")
       ->check(CLI::Range(-1e30, 1e30));
 }
 
@@ -264,6 +251,10 @@ bool looksLikeModel(const std::filesystem::path& path) {
   char start[9] = {};
   std::ifstream(path, std::ios::binary).read(start, sizeof(start));
   return start[8] == '{';
+}
+
+void warn(const std::string& sentence) {
+  if (!sentence.empty()) fmt::print(stderr, "innergs: warning: {}\n", sentence);
 }
 
 void checkMemory(std::int64_t bytes, const std::string& what) {

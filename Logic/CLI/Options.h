@@ -18,10 +18,18 @@
 
 namespace innergs::cli {
 
+/// Adds an option; the help shows `unit` in the place of its value.
+template <class T>
+CLI::Option* addOption(CLI::App& app, const std::string& name, T& target, const std::string& unit,
+                       const std::string& help) {
+  return app.add_option(name, target, help)->type_name(unit);
+}
+
 /// Adds an option that takes comma-separated finite numbers, e.g. "--spacing 1,1,2"; `counts` lists the
 /// allowed numbers of values (empty: any).
 CLI::Option* addNumbers(CLI::App& app, const std::string& name, std::vector<double>& target,
-                        const std::vector<std::size_t>& counts, const std::string& help);
+                        const std::vector<std::size_t>& counts, const std::string& unit,
+                        const std::string& help);
 
 /// Adds an option with a few named values.
 template <class T>
@@ -109,6 +117,9 @@ GaussianField loadField(const std::filesystem::path& path, std::optional<double>
 void addFill(CLI::App& command, std::optional<double>& fill);
 /// Whether the file begins like a model or a PLY file, so that it is not an image.
 bool looksLikeModel(const std::filesystem::path& path);
+
+/// Prints a warning; "": none.
+void warn(const std::string& sentence);
 
 /// Throws Error(Memory) if `bytes` exceed the available memory.
 void checkMemory(std::int64_t bytes, const std::string& what);

@@ -45,12 +45,9 @@ int resample(const ResampleOptions& o) {
 Subcommand addResample(CLI::App& app) {
   auto* command = app.add_subcommand("resample", "Resamples a model to a volume on any grid");
   auto o = std::make_shared<ResampleOptions>();
-  command->add_option("model", o->model, "Model (.innergs) or Gaussians (.ply)")
-      ->required()
-      ->type_name("MODEL");
-  command->add_option("-o,--output", o->output, "Volume to write: .nii, .nii.gz, .nrrd or .mha")
-      ->required()
-      ->type_name("FILE");
+  addOption(*command, "model", o->model, "MODEL", "Model (.innergs) or Gaussians (.ply)")->required();
+  addOption(*command, "-o,--output", o->output, "FILE", "Volume to write: .nii, .nii.gz, .nrrd or .mha")
+      ->required();
   o->grid.add(*command, "the fitted grid, cropped to the mask's box");
   addOutputType(*command, o->type);
   addFill(*command, o->fill);

@@ -326,100 +326,68 @@ int segment(const SegmentCommand& o) {
 Subcommand addSegment(CLI::App& app) {
   auto* command = app.add_subcommand("segment", "Finds segments of a model by name");
   auto o = std::make_shared<SegmentCommand>();
-  command->add_option("model", o->model, "Model (.innergs)")->required()->type_name("MODEL");
-  auto* labels = command
-                     ->add_option("--labels", o->labels,
-                                  "Labelmap or segmentation (.seg.nrrd) to learn from, on any grid; not "
-                                  "needed for a model saved with features")
-                     ->type_name("IMAGE");
-  command
-      ->add_option("--names", o->names,
-                   "Names of the labels, or of a network's channels: JSON, {\"1\": \"liver\", \"2\": "
-                   "\"spleen\"}, or a\n"
-                   ".seg.nrrd [those in the labels' own header]")
-      ->type_name("FILE");
+  addOption(*command, "model", o->model, "MODEL", "Model (.innergs)")->required();
+  auto* labels = addOption(*command, "--labels", o->labels, "IMAGE",
+                           "Labelmap or segmentation (.seg.nrrd) to learn from, on any grid; not "
+                           "needed for a model saved with features");
+  addOption(*command, "--names", o->names, "FILE",
+            "Names of the labels, or of a network's channels: JSON, {\"1\": \"liver\", \"2\": "
+            "\"spleen\"}, or a\n"
+            ".seg.nrrd [those in the labels' own header]");
   auto* features =
-      command
-          ->add_option("--features", o->features,
-                       "Feature volume to learn from instead, as a vision-language model gives it: several\n"
-                       "values per voxel (.nii.gz, .nrrd, .mha)")
-          ->type_name("IMAGE")
+      addOption(*command, "--features", o->features, "IMAGE",
+                "Feature volume to learn from instead, as a vision-language model gives it: several\n"
+                "values per voxel (.nii.gz, .nrrd, .mha)")
           ->excludes(labels);
-  auto* texts = command
-                    ->add_option("--text-embeddings", o->texts,
-                                 "Embeddings of texts by that model: JSON, {\"liver\": [0.1, ...], "
-                                 "\"background\": [...]}")
-                    ->type_name("FILE");
+  auto* texts = addOption(*command, "--text-embeddings", o->texts, "FILE",
+                          "Embeddings of texts by that model: JSON, {\"liver\": [0.1, ...], "
+                          "\"background\": [...]}");
   features->needs(texts);
   auto* network =
-      command
-          ->add_option(
-              "--network", o->network,
-              "Network to learn from instead (ONNX, run by OpenVINO): takes an image, gives a channel "
-              "for\nthe background and one per segment (--names), or features (--text-embeddings)")
-          ->type_name("FILE")
+      addOption(*command, "--network", o->network, "FILE",
+                "Network to learn from instead (ONNX, run by OpenVINO): takes an image, gives a channel "
+                "for\nthe background and one per segment (--names), or features (--text-embeddings)")
           ->excludes(features);
-  command->add_option("--image", o->image, "Image that the network is shown [the model's own]")
-      ->type_name("IMAGE")
+  addOption(*command, "--image", o->image, "IMAGE", "Image that the network is shown [the model's own]")
       ->needs(network);
-  command
-      ->add_option("--network-range", o->networkRange,
-                   "Intensities that become 0 and 1 for the network [mean 0, standard deviation 1]")
-      ->type_name("LOW HIGH")
+  addOption(*command, "--network-range", o->networkRange, "LOW HIGH",
+            "Intensities that become 0 and 1 for the network [mean 0, standard deviation 1]")
       ->expected(2)
       ->needs(network);
-  command
-      ->add_option("--network-spacing", o->networkSpacing,
-                   "Voxels that the network expects, mm [the image's own]")
-      ->type_name("MM")
+  addOption(*command, "--network-spacing", o->networkSpacing, "MM",
+            "Voxels that the network expects, mm [the image's own]")
       ->check(CLI::PositiveNumber)
       ->needs(network);
   command->add_flag("--sparse", o->sparse,
                     "Unlabelled slices between labelled ones follow the image instead of being background");
-  command
-      ->add_option("--query", o->queries,
-                   "A structure in words, e.g. \"left kidney\"; repeat for more segments")
-      ->type_name("TEXT")
+  addOption(*command, "--query", o->queries, "TEXT",
+            "A structure in words, e.g. \"left kidney\"; repeat for more segments")
       ->allow_extra_args(false);
   addTextModel(*command, o->textModel);
-  command
-      ->add_option("-o,--output", o->output,
-                   "Labelmap to write: .nii, .nii.gz, .mha or, with names, .seg.nrrd")
-      ->type_name("FILE");
-  command->add_option("--score", o->score, "Volume to write: the probability of the query at each voxel")
-      ->type_name("FILE");
-  command->add_option("--save-model", o->saveModel, "Model to write, with what was learned (.innergs)")
-      ->type_name("FILE");
-  command
-      ->add_option("--threshold", o->segment.threshold,
-                   "Voxels with at least this probability [where it is the likeliest]")
-      ->type_name("P")
+  addOption(*command, "-o,--output", o->output, "FILE",
+            "Labelmap to write: .nii, .nii.gz, .mha or, with names, .seg.nrrd");
+  addOption(*command, "--score", o->score, "FILE",
+            "Volume to write: the probability of the query at each voxel");
+  addOption(*command, "--save-model", o->saveModel, "FILE",
+            "Model to write, with what was learned (.innergs)");
+  addOption(*command, "--threshold", o->segment.threshold, "P",
+            "Voxels with at least this probability [where it is the likeliest]")
       ->check(CLI::Range(0.01, 1.0));
-  command
-      ->add_option("--smooth", o->segment.smoothing,
-                   "Smooth the segments with a Gaussian of this standard deviation in mm [0]")
-      ->type_name("MM")
+  addOption(*command, "--smooth", o->segment.smoothing, "MM",
+            "Smooth the segments with a Gaussian of this standard deviation in mm [0]")
       ->check(CLI::Range(0.0, 100.0));
   command->add_flag("--largest", o->segment.largestOnly, "Only the largest connected part of each segment");
-  command
-      ->add_option("--minimum-size", o->segment.minimumSize,
-                   "Only connected parts of at least so many mm3 [0]")
-      ->type_name("MM3")
+  addOption(*command, "--minimum-size", o->segment.minimumSize, "MM3",
+            "Only connected parts of at least so many mm3 [0]")
       ->check(CLI::NonNegativeNumber);
-  command
-      ->add_option("--time", o->time,
-                   "Time in s of a moving scan's model [every frame, as a 4D labelmap: .nii, .nii.gz, "
-                   ".seq.nrrd]")
-      ->type_name("S");
-  command
-      ->add_option("--label-time", o->labelTime,
-                   "Time in s of a moving scan that --labels belong to [the middle frame's]")
-      ->type_name("S");
+  addOption(*command, "--time", o->time, "S",
+            "Time in s of a moving scan's model [every frame, as a 4D labelmap: .nii, .nii.gz, "
+            ".seq.nrrd]");
+  addOption(*command, "--label-time", o->labelTime, "S",
+            "Time in s of a moving scan that --labels belong to [the middle frame's]");
   o->grid.add(*command, "the grid that was fitted");
-  command
-      ->add_option("--channels", o->training.channels,
-                   "Channels of a latent: 8 (with --labels), 16 or 32 [16]")
-      ->type_name("N")
+  addOption(*command, "--channels", o->training.channels, "N",
+            "Channels of a latent: 8 (with --labels), 16 or 32 [16]")
       ->check(CLI::IsMember({8, 16, 32}));
   addSetting(*command, o->settings, "threads");
   addSetting(*command, o->settings, "device");

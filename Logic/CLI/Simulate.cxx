@@ -54,8 +54,7 @@ int simulate(const SimulateOptions& o) {
     const Stack stack = o.thickness > 0 ? simulateThickStack(volume, axis, o.thickness, o.noise, seed++)
                                         : keepEvery(volume, axis, o.keepEvery);
     const bool written = files.write(paths[scan], [&](const auto& path) {
-      const std::string remark = writeVolume(stack.image, path, o.type, VoxelValues(volume.voxels));
-      if (!remark.empty()) fmt::print(stderr, "innergs: warning: {}\n", remark);
+      warn(writeVolume(stack.image, path, o.type, VoxelValues(volume.voxels)));
     });
     if (written && !o.quiet)
       fmt::print(stderr, "Wrote {} ({} slices, {:g} mm apart).\n", utf8(paths[scan]),
@@ -73,38 +72,29 @@ Subcommand addSimulate(CLI::App& app) {
   auto* command =
       app.add_subcommand("simulate", "Simulates thick-slice scans of a volume, for tests with a known truth");
   auto o = std::make_shared<SimulateOptions>();
-  command->add_option("volume", o->input, "Volume to scan")->required()->type_name("VOLUME");
-  command
-      ->add_option("-o,--output", o->output,
-                   "Scan to write; --orthogonal appends -axial, -coronal, ... to the name")
-      ->required()
-      ->type_name("FILE");
-  auto* thickness =
-      command
-          ->add_option("--thickness", o->thickness, "Voxels averaged into a slice; slices touch each other")
-          ->type_name("K")
-          ->check(CLI::Range(1, 1000));
-  auto* keep = command->add_option("--keep-every", o->keepEvery, "Instead: keep every k-th slice as it is")
-                   ->type_name("K")
-                   ->check(CLI::Range(1, 1000))
-                   ->excludes(thickness);
-  auto* axis =
-      command
-          ->add_option("--axis", o->axis, "Slice axis: i, j, k (of the voxel grid) or the plane's name [k]")
-          ->type_name("i|j|k|axial|coronal|sagittal")
-          ->check(CLI::IsMember({"i", "j", "k", "axial", "coronal", "sagittal"}));
-  command
-      ->add_option("--orthogonal", o->orthogonal, "Number of scans at right angles: 2 (axial, coronal) or 3")
-      ->type_name("N")
+  addOption(*command, "volume", o->input, "VOLUME", "Volume to scan")->required();
+  addOption(*command, "-o,--output", o->output, "FILE",
+            "Scan to write; --orthogonal appends -axial, -coronal, ... to the name")
+      ->required();
+  auto* thickness = addOption(*command, "--thickness", o->thickness, "K",
+                              "Voxels averaged into a slice; slices touch each other")
+                        ->check(CLI::Range(1, 1000));
+  auto* keep =
+      addOption(*command, "--keep-every", o->keepEvery, "K", "Instead: keep every k-th slice as it is")
+          ->check(CLI::Range(1, 1000))
+          ->excludes(thickness);
+  auto* axis = addOption(*command, "--axis", o->axis, "i|j|k|axial|coronal|sagittal",
+                         "Slice axis: i, j, k (of the voxel grid) or the plane's name [k]")
+                   ->check(CLI::IsMember({"i", "j", "k", "axial", "coronal", "sagittal"}));
+  addOption(*command, "--orthogonal", o->orthogonal, "N",
+            "Number of scans at right angles: 2 (axial, coronal) or 3")
       ->check(CLI::Range(1, 3))
       ->excludes(axis);
-  command
-      ->add_option("--noise", o->noise,
-                   "Standard deviation of added Gaussian noise, in the volume's units [0]")
-      ->type_name("SD")
+  addOption(*command, "--noise", o->noise, "SD",
+            "Standard deviation of added Gaussian noise, in the volume's units [0]")
       ->check(CLI::NonNegativeNumber)
       ->excludes(keep);
-  command->add_option("--seed", o->seed, "Seed of the noise [1]")->type_name("N");
+  addOption(*command, "--seed", o->seed, "N", "Seed of the noise [1]");
   addReading(*command, o->reading);
   addOutputType(*command, o->type);
   command->add_flag("-q,--quiet", o->quiet, "Print only errors");

@@ -161,10 +161,6 @@ Volume rendered(const GaussianField& field, const GridGeometry& plane, const Sli
   return innergs::render(field, plane, render);
 }
 
-void warnOf(const std::string& sentence) {
-  if (!sentence.empty()) fmt::print(stderr, "innergs: warning: {}\n", sentence);
-}
-
 Volume deviationOf(const GridGeometry& plane, const SliceOptions& o) {
   ThreadPool pool(o.settings.threads);
   return deviationOn(plane, readVolume(o.uncertainty), pool);
@@ -190,7 +186,7 @@ int slice(const SliceOptions& o) {
   if (png)
     writeGreyPng(image, o);
   else if (!o.uncertainty.empty())
-    warnOf(writeVolume(image, o.output, o.type));
+    warn(writeVolume(image, o.output, o.type));
   else
     writeRendered(image, field, o.output, o.type);
   if (!o.quiet)
@@ -204,60 +200,47 @@ int slice(const SliceOptions& o) {
 Subcommand addSlice(CLI::App& app) {
   auto* command = app.add_subcommand("slice", "Renders any plane of a model as an image");
   auto o = std::make_shared<SliceOptions>();
-  command->add_option("model", o->model, "Model (.innergs) or Gaussians (.ply)")
-      ->required()
-      ->type_name("MODEL");
-  command
-      ->add_option(
-          "-o,--output", o->output,
-          "Image to write: .nii, .nii.gz, .nrrd, .mha (one slice, positioned in the patient) or .png (8 bit)")
-      ->required()
-      ->type_name("FILE");
+  addOption(*command, "model", o->model, "MODEL", "Model (.innergs) or Gaussians (.ply)")->required();
+  addOption(
+      *command, "-o,--output", o->output, "FILE",
+      "Image to write: .nii, .nii.gz, .nrrd, .mha (one slice, positioned in the patient) or .png (8 bit)")
+      ->required();
   auto* plane = addChoice<std::optional<Plane>>(
       *command, "--plane", o->plane,
       {{"axial", Plane::Axial}, {"coronal", Plane::Coronal}, {"sagittal", Plane::Sagittal}},
       "A standard plane");
-  auto* position =
-      command
-          ->add_option("--position", o->position,
-                       "Where the standard plane cuts, in mm: z (axial), y (coronal) or x (sagittal)\n"
-                       "[the model's centre]")
-          ->type_name("MM")
-          ->needs(plane);
+  auto* position = addOption(*command, "--position", o->position, "MM",
+                             "Where the standard plane cuts, in mm: z (axial), y (coronal) or x (sagittal)\n"
+                             "[the model's centre]")
+                       ->needs(plane);
   auto* normal =
-      addNumbers(*command, "--normal", o->normal, {3},
+      addNumbers(*command, "--normal", o->normal, {3}, "X,Y,Z",
                  "Normal of an oblique plane; rows then run to the patient's left as far as it allows")
-          ->type_name("X,Y,Z")
           ->excludes(plane);
-  auto* u = addNumbers(*command, "--u", o->u, {3}, "Direction of the rows; with --v instead of --normal")
-                ->type_name("X,Y,Z")
-                ->excludes(plane)
-                ->excludes(normal);
-  auto* v = addNumbers(*command, "--v", o->v, {3}, "Direction of the columns")->type_name("X,Y,Z")->needs(u);
+  auto* u =
+      addNumbers(*command, "--u", o->u, {3}, "X,Y,Z", "Direction of the rows; with --v instead of --normal")
+          ->excludes(plane)
+          ->excludes(normal);
+  auto* v = addNumbers(*command, "--v", o->v, {3}, "X,Y,Z", "Direction of the columns")->needs(u);
   u->needs(v);
-  auto* centre =
-      addNumbers(*command, "--center", o->centre, {3}, "Middle of the image, mm [the model's centre]")
-          ->type_name("X,Y,Z")
-          ->excludes(position);
-  addNumbers(*command, "--origin", o->origin, {3}, "Centre of the first pixel, mm, instead of --center")
-      ->type_name("X,Y,Z")
+  auto* centre = addNumbers(*command, "--center", o->centre, {3}, "X,Y,Z",
+                            "Middle of the image, mm [the model's centre]")
+                     ->excludes(position);
+  addNumbers(*command, "--origin", o->origin, {3}, "X,Y,Z",
+             "Centre of the first pixel, mm, instead of --center")
       ->excludes(centre)
       ->excludes(position);
   o->frame.add(*command);
-  command
-      ->add_option("--uncertainty", o->uncertainty,
-                   "Shows this volume of reconstruct --uncertainty on the plane instead of the model")
-      ->type_name("FILE");
-  addNumbers(*command, "--size", o->size, {1, 2}, "Pixels: one number or columns,rows [covers the model]")
-      ->type_name("N");
-  addNumbers(*command, "--spacing", o->spacing, {1, 2},
-             "Pixel size in mm: one number or x,y [the model's finest]")
-      ->type_name("MM");
-  command
-      ->add_option("--window", o->window, "PNG: width of the grey window, scanner units [99 % of the values]")
-      ->type_name("W")
+  addOption(*command, "--uncertainty", o->uncertainty, "FILE",
+            "Shows this volume of reconstruct --uncertainty on the plane instead of the model");
+  addNumbers(*command, "--size", o->size, {1, 2}, "N",
+             "Pixels: one number or columns,rows [covers the model]");
+  addNumbers(*command, "--spacing", o->spacing, {1, 2}, "MM",
+             "Pixel size in mm: one number or x,y [the model's finest]");
+  addOption(*command, "--window", o->window, "W",
+            "PNG: width of the grey window, scanner units [99 % of the values]")
       ->check(CLI::PositiveNumber);
-  command->add_option("--level", o->level, "PNG: middle of the grey window, scanner units")->type_name("L");
+  addOption(*command, "--level", o->level, "L", "PNG: middle of the grey window, scanner units");
   addOutputType(*command, o->type);
   addFill(*command, o->fill);
   addSetting(*command, o->settings, "threads");

@@ -1,6 +1,5 @@
 #include "Cuda/Features.h"
 
-#include <algorithm>
 #include <numeric>
 
 namespace innergs::cuda {

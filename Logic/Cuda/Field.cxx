@@ -2,11 +2,11 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/StopToken.h"
+#include "Core/Image/Bounds.h"
 #include "Core/Render/Projected.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace innergs::cuda {
 namespace {
@@ -78,21 +78,17 @@ void Field::renderPoints(std::span<const Vec3> points, std::span<const float> va
                          std::stop_token stop) {
   throwIfStopped(stop);
   if (points.empty()) return;
-  Vec3 low, high;
-  low.fill(std::numeric_limits<double>::max());
-  high.fill(std::numeric_limits<double>::lowest());
-  for (const Vec3& x : points)
-    for (int a = 0; a < 3; ++a) {
-      if (!std::isfinite(x[a])) throw Error(ErrorCode::InvalidArgument, "A query point is not finite.");
-      low[a] = std::min(low[a], x[a]);
-      high[a] = std::max(high[a], x[a]);
-    }
-  const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-3});
+  Bounds bounds;
+  for (const Vec3& x : points) {
+    if (!isFinite(x)) throw Error(ErrorCode::InvalidArgument, "A query point is not finite.");
+    bounds.include(x);
+  }
+  const double extent = std::max(bounds.longestSide(), 1e-3);
   const float* channel = upload(values);
   // Gaussians much larger than a cell are in many lists: if memory is short, the cells get larger.
   for (double cells = std::clamp(2 * std::cbrt(static_cast<double>(points.size())), 1.0, 64.0);; cells /= 2)
     try {
-      return answer(points, channel, low, high, extent / cells, out, stop);
+      return answer(points, channel, bounds.low, bounds.high, extent / cells, out, stop);
     } catch (const Error& error) {
       if (error.code() != ErrorCode::Memory || cells <= 1) throw;
       passes_.shrink();

@@ -1,7 +1,6 @@
 #include "Evaluation/BackProjection.h"
 
 #include "Core/Acquisition/BackProjection.h"
-#include "Core/Image/Metrics.h"
 #include "Core/Image/NoiseEstimate.h"
 #include "Evaluation/Baselines.h"
 

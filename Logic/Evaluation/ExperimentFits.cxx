@@ -1,6 +1,7 @@
 #include "Evaluation/ExperimentFits.h"
 
 #include "Core/Fit/Plan.h"
+#include "Core/Image/Region.h"
 #include "Core/Job/MemoryEstimate.h"
 #include "Core/Job/Resume.h"
 #include "Evaluation/EvaluationRuns.h"
@@ -48,14 +49,7 @@ Volume centralCrop(const Volume& volume, std::int64_t size) {
     extent[a] = std::min(n[a], size);
     first[a] = (n[a] - extent[a]) / 2;
   }
-  Volume result{cropped(volume.geometry, first, extent), {}};
-  result.voxels.reserve(static_cast<std::size_t>(result.geometry.voxelCount()));
-  for (std::int64_t k = 0; k < extent[2]; ++k)
-    for (std::int64_t j = 0; j < extent[1]; ++j) {
-      const auto row = volume.voxels.begin() + first[0] + n[0] * (first[1] + j + n[1] * (first[2] + k));
-      result.voxels.insert(result.voxels.end(), row, row + extent[0]);
-    }
-  return result;
+  return cropped(volume, IndexBlock{first, extent});
 }
 
 ExperimentFits::ExperimentFits(ExperimentSetup setup) : setup_(std::move(setup)) {

@@ -81,12 +81,8 @@ private:
       add(label, kInterpolation,
           [&, kind = kind] { return averageUpsampled(input_.stacks, grid, kind, threads, setup_.stop); });
     if (!thick_) return;
-    add("back-projection", kInterpolation, [&] {
-      BackProjectionSettings settings;
-      settings.threads = threads;
-      settings.stop = setup_.stop;
-      return backProject(input_.stacks, grid, settings);
-    });
+    add("back-projection", kInterpolation,
+        [&] { return backProject(input_.stacks, grid, {.threads = threads, .stop = setup_.stop}); });
   }
 
   /// What is learned, without Gaussians.

@@ -197,10 +197,8 @@ GridGeometry obliqueGrid(const GridGeometry& g) {
   const Mat3 z{{{{std::cos(c), -std::sin(c), 0}, {std::sin(c), std::cos(c), 0}, {0, 0, 1}}}};
   GridGeometry out = g;
   out.direction = x * y * z * g.direction;
-  const Vec3 middle{(static_cast<double>(g.size[0]) - 1) / 2, (static_cast<double>(g.size[1]) - 1) / 2,
-                    (static_cast<double>(g.size[2]) - 1) / 2};
   out.origin = {0, 0, 0};
-  out.origin = g.indexToWorld()(middle) - out.indexToWorld()(middle);
+  out.origin = g.centre() - out.centre();
   return out;
 }
 
@@ -281,27 +279,25 @@ private:
     auto start = Clock::now();
     const FeatureModel model = trainFeatures(fitted_->field, teacher, set.names, training);
     const double seconds = secondsSince(start);
-    FeatureQueryOptions query;
-    query.stop = e_.stop;
-    query.threads = e_.settings.threads;
-    const Labelmap ours = labelsOf(model, classify(fitted_->field, model, e_.volume.geometry, query));
+    const Labelmap ours =
+        labelsOf(model, classify(fitted_->field, model, e_.volume.geometry, queryOptions()));
     const LabelAgreement gaussians = agreement(ours, set.labels, judged);
     const SliceScores slices(ours, set.labels, judged);
     addMethod(set, every, "Gaussians", gaussians, slices, seconds);
-    addMethod(set, every, "teacher", agreement(teacher, set.labels, judged),
-              SliceScores(teacher, set.labels, judged), 0);
+    const auto judge = [&](const char* method, const Labelmap& labels, double seconds) {
+      const LabelAgreement found = agreement(labels, set.labels, judged);
+      addMethod(set, every, method, found, SliceScores(labels, set.labels, judged), seconds);
+      return found;
+    };
+    judge("teacher", teacher, 0);
     LabelAgreement shape = gaussians, nearest = gaussians;
     if (every > 1) {
       start = Clock::now();
       const Labelmap shapes = shapeBasedInterpolation(teacher);
-      const double shapeSeconds = secondsSince(start);
-      shape = agreement(shapes, set.labels, judged);
-      addMethod(set, every, "shape-based", shape, SliceScores(shapes, set.labels, judged), shapeSeconds);
+      shape = judge("shape-based", shapes, secondsSince(start));
       start = Clock::now();
       const Labelmap copies = nearestLabelledSlice(teacher);
-      const double copySeconds = secondsSince(start);
-      nearest = agreement(copies, set.labels, judged);
-      addMethod(set, every, "nearest slice", nearest, SliceScores(copies, set.labels, judged), copySeconds);
+      nearest = judge("nearest slice", copies, secondsSince(start));
     }
     for (std::size_t label = 1; label < gaussians.whole.size(); ++label)
       if (counts(gaussians, label, e_.leastVoxels)) {
@@ -317,9 +313,8 @@ private:
     if (every == 1) {
       FeatureModel alone = model;
       alone.residual = {};
-      const Labelmap rendered = labelsOf(alone, classify(fitted_->field, alone, e_.volume.geometry, query));
-      addMethod(set, every, "Gaussians without residual", agreement(rendered, set.labels, judged),
-                SliceScores(rendered, set.labels, judged), seconds);
+      judge("Gaussians without residual",
+            labelsOf(alone, classify(fitted_->field, alone, e_.volume.geometry, queryOptions())), seconds);
       otherGrids(set, model, alone);
       everySecondVoxel(set, training);
       timeQueries(set, model);
@@ -330,11 +325,8 @@ private:
     const Vec3 half = 0.5 * e_.volume.geometry.spacing;
     for (const auto& [name, grid] : {std::pair{"oblique", obliqueGrid(e_.volume.geometry)},
                                      {"half the spacing", withSpacing(e_.volume.geometry, half)}}) {
-      FeatureQueryOptions query;
-      query.stop = e_.stop;
-      query.threads = e_.settings.threads;
-      const Labelmap ours = labelsOf(model, classify(fitted_->field, model, grid, query));
-      const Labelmap rendered = labelsOf(alone, classify(fitted_->field, alone, grid, query));
+      const Labelmap ours = labelsOf(model, classify(fitted_->field, model, grid, queryOptions()));
+      const Labelmap rendered = labelsOf(alone, classify(fitted_->field, alone, grid, queryOptions()));
       const Vec3 &own = e_.volume.geometry.spacing, &other = grid.spacing;
       const double finer = own[0] * own[1] * own[2] / (other[0] * other[1] * other[2]);
       // Between the labelled voxels the truth is a guess, and the last row says how far two guesses are
@@ -365,9 +357,6 @@ private:
     }
     const Labelmap teacher = resampled(set.labels, coarse);
     FeatureModel model = trainFeatures(fitted_->field, teacher, set.names, training);
-    FeatureQueryOptions query;
-    query.stop = e_.stop;
-    query.threads = e_.settings.threads;
     const auto between = [&](Labelmap labels) {
       for (std::int64_t k = 0; k < whole.size[2]; k += 2)
         for (std::int64_t j = 0; j < whole.size[1]; j += 2)
@@ -381,19 +370,17 @@ private:
       result_.grids.add({set.name, "every second voxel labelled", tested, std::to_string(m.classes),
                          decimals(m.dice, 4), decimals(m.iou, 4), "the labels of the others"});
     };
-    add("Gaussians", labelsOf(model, classify(fitted_->field, model, whole, query)));
+    add("Gaussians", labelsOf(model, classify(fitted_->field, model, whole, queryOptions())));
     model.residual = {};
-    add("Gaussians without residual", labelsOf(model, classify(fitted_->field, model, whole, query)));
+    add("Gaussians without residual",
+        labelsOf(model, classify(fitted_->field, model, whole, queryOptions())));
     add("labels by linear interpolation", linearlyResampled(teacher, whole));
     add("labels by nearest neighbour", resampled(teacher, whole));
   }
 
   void timeQueries(const LabelSet& set, const FeatureModel& model) {
-    FeatureQueryOptions query;
-    query.stop = e_.stop;
-    query.threads = e_.settings.threads;
     auto start = Clock::now();
-    const ClassProbabilities probabilities(fitted_->field, model, e_.volume.geometry, query);
+    const ClassProbabilities probabilities(fitted_->field, model, e_.volume.geometry, queryOptions());
     const double decoding = secondsSince(start);
     SegmentOptions options;
     options.largestOnly = true;
@@ -409,6 +396,13 @@ private:
                          decimals(milliseconds[milliseconds.size() / 2].first, 1),
                          decimals(milliseconds.back().first, 1),
                          model.names[static_cast<std::size_t>(milliseconds.back().second)]});
+  }
+
+  FeatureQueryOptions queryOptions() const {
+    FeatureQueryOptions options;
+    options.stop = e_.stop;
+    options.threads = e_.settings.threads;
+    return options;
   }
 
   static std::string measuredOn(int every) {

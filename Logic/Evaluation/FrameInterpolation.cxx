@@ -3,6 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/Parallel.h"
 #include "Core/Base/StopToken.h"
+#include "Core/Motion/FrameFolds.h"
 #include "Core/Motion/TimeSpline.h"
 
 #include <itkImage.h>
@@ -86,20 +87,13 @@ std::vector<std::vector<float>> smoothed(const TimeSeries& series, std::span<con
   std::vector<std::vector<float>> out;
   for (double smoothing = 0.1; smoothing < 2e6; smoothing *= std::sqrt(10.0)) {
     std::vector<float> errors(voxels, 0.f);
-    for (std::int64_t fold = 0; fold < 4; ++fold) {
-      std::vector<std::int64_t> kept, withheld;
-      std::vector<double> where;
-      for (std::int64_t f = 0; f < series.size(); ++f)
-        (f % 4 == fold && f > 0 && f + 1 < series.size() ? withheld : kept).push_back(f);
-      for (const std::int64_t f : withheld)
-        where.push_back(series.times[f]);
-      if (withheld.empty() || kept.size() < 2) continue;
-      const TimeSeries part = framesOf(series, kept);
-      const auto predicted =
-          combined(part, splinePrediction(spline, part.times, where, smoothing), where.size(), pool);
-      for (std::size_t i = 0; i < withheld.size(); ++i)
+    for (const FrameFold& fold : frameFolds(series.times)) {
+      const auto predicted = combined(framesOf(series, fold.kept),
+                                      splinePrediction(spline, fold.keptTimes, fold.withheldTimes, smoothing),
+                                      fold.withheld.size(), pool);
+      for (std::size_t i = 0; i < fold.withheld.size(); ++i)
         for (std::size_t v = 0; v < voxels; ++v) {
-          const float d = predicted[i][v] - series.frames[withheld[i]][v];
+          const float d = predicted[i][v] - series.frames[fold.withheld[i]][v];
           if (std::isfinite(d)) errors[v] += d * d;
         }
     }
@@ -143,21 +137,9 @@ Image::Pointer image(const GridGeometry& g, const std::vector<float>& voxels, do
 } // namespace
 
 const char* frameMethodName(FrameMethod method) {
-  switch (method) {
-  case FrameMethod::Previous:
-    return "previous frame";
-  case FrameMethod::Nearest:
-    return "nearest frame";
-  case FrameMethod::Linear:
-    return "linear in time";
-  case FrameMethod::Cubic:
-    return "cubic in time";
-  case FrameMethod::Mean:
-    return "temporal mean";
-  case FrameMethod::Spline:
-    return "voxel smoothing spline";
-  }
-  return "";
+  constexpr std::array names{"previous frame", "nearest frame", "linear in time",
+                             "cubic in time",  "temporal mean", "voxel smoothing spline"};
+  return names.at(static_cast<std::size_t>(method));
 }
 
 std::vector<std::vector<float>> interpolateFrames(const TimeSeries& series, std::span<const double> times,

@@ -176,20 +176,12 @@ EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOu
         "each interpolated by cubic B-splines.");
   }
   if (c.kind != HeldOutCase::Kind::KeepEvery)
-    add("backprojection", [&] {
-      BackProjectionSettings settings;
-      settings.threads = threads;
-      settings.stop = options.stop;
-      return backProject(input.stacks, grid, settings);
-    });
+    add("backprojection",
+        [&] { return backProject(input.stacks, grid, {.threads = threads, .stop = options.stop}); });
 
   if (options.totalVariation)
-    add("totalvariation", [&] {
-      TotalVariationSettings settings;
-      settings.threads = threads;
-      settings.stop = options.stop;
-      return totalVariation(input.stacks, grid, settings);
-    });
+    add("totalvariation",
+        [&] { return totalVariation(input.stacks, grid, {.threads = threads, .stop = options.stop}); });
 
   const std::string where =
       c.kind == HeldOutCase::Kind::KeepEvery

@@ -1,6 +1,7 @@
 #include "Evaluation/ScansProtocol.h"
 
 #include "Core/Alignment/SliceOperator.h"
+#include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Base/Quantities.h"
@@ -149,7 +150,7 @@ EvaluationReport evaluateScans(const std::vector<Stack>& scans, const std::vecto
     MethodScore& score = report.methods.emplace_back();
     score.name = method.name;
     score.ssim = std::numeric_limits<double>::quiet_NaN();
-    score.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+    score.seconds = secondsSince(begun);
   }
   report.methods.front().seconds += fit.seconds;
   report.methods.front().cpuSeconds = fit.cpuSeconds;

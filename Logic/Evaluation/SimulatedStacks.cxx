@@ -4,6 +4,7 @@
 #include "Core/Alignment/Rigid.h"
 #include "Core/Base/Error.h"
 #include "Core/Base/Random.h"
+#include "Core/Image/Region.h"
 #include "Core/Image/Simulate.h"
 #include "Evaluation/ItkInterpolation.h"
 #include "Evaluation/Protocols.h"
@@ -36,13 +37,7 @@ Volume middleOf(const Volume& volume, int edge) {
   std::array<std::int64_t, 3> first;
   for (int a = 0; a < 3; ++a)
     first[a] = (n[a] - edge) / 2;
-  Volume middle{cropped(volume.geometry, first, {edge, edge, edge}), {}};
-  for (std::int64_t k = 0; k < edge; ++k)
-    for (std::int64_t j = 0; j < edge; ++j) {
-      const float* row = volume.voxels.data() + first[0] + n[0] * (first[1] + j + n[1] * (first[2] + k));
-      middle.voxels.insert(middle.voxels.end(), row, row + edge);
-    }
-  return middle;
+  return cropped(volume, IndexBlock{first, {edge, edge, edge}});
 }
 
 /// Thick slices along one axis of the lattice, from face to face.

@@ -223,10 +223,7 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
         "interpolated by cubic B-splines.");
   }
   score("backprojection", runMethod("backprojection", options, [&] {
-          BackProjectionSettings settings;
-          settings.threads = threads;
-          settings.stop = options.stop;
-          return backProject(input.stacks, grid, settings);
+          return backProject(input.stacks, grid, {.threads = threads, .stop = options.stop});
         }));
   report.samples =
       formatted("%s voxels of the truth's body mask, %g mm or more from the faces of what was scanned, "

@@ -1,6 +1,7 @@
 #include "IO/ItkImage.h"
 
 #include <cstring>
+#include <map>
 #include <vector>
 
 namespace innergs {
@@ -74,34 +75,23 @@ ItkHeader describe(const itk::ImageIOBase& io, const std::string& what, bool seq
 
 void convertVoxels(Component type, const std::byte* source, std::size_t first, std::size_t stride,
                    std::span<float> out) {
-  switch (type) {
-  case Component::UCHAR:
-    return convert<unsigned char>(source, first, stride, out);
-  case Component::CHAR:
-    return convert<signed char>(source, first, stride, out);
-  case Component::USHORT:
-    return convert<unsigned short>(source, first, stride, out);
-  case Component::SHORT:
-    return convert<short>(source, first, stride, out);
-  case Component::UINT:
-    return convert<unsigned int>(source, first, stride, out);
-  case Component::INT:
-    return convert<int>(source, first, stride, out);
-  case Component::ULONG:
-    return convert<unsigned long>(source, first, stride, out);
-  case Component::LONG:
-    return convert<long>(source, first, stride, out);
-  case Component::ULONGLONG:
-    return convert<unsigned long long>(source, first, stride, out);
-  case Component::LONGLONG:
-    return convert<long long>(source, first, stride, out);
-  case Component::FLOAT:
-    return convert<float>(source, first, stride, out);
-  case Component::DOUBLE:
-    return convert<double>(source, first, stride, out);
-  default:
+  using Convert = void (*)(const std::byte*, std::size_t, std::size_t, std::span<float>);
+  static const std::map<Component, Convert> converters{{Component::UCHAR, convert<unsigned char>},
+                                                       {Component::CHAR, convert<signed char>},
+                                                       {Component::USHORT, convert<unsigned short>},
+                                                       {Component::SHORT, convert<short>},
+                                                       {Component::UINT, convert<unsigned int>},
+                                                       {Component::INT, convert<int>},
+                                                       {Component::ULONG, convert<unsigned long>},
+                                                       {Component::LONG, convert<long>},
+                                                       {Component::ULONGLONG, convert<unsigned long long>},
+                                                       {Component::LONGLONG, convert<long long>},
+                                                       {Component::FLOAT, convert<float>},
+                                                       {Component::DOUBLE, convert<double>}};
+  const auto found = converters.find(type);
+  if (found == converters.end())
     throw Error(ErrorCode::UnsupportedImage, "The image has a voxel type that cannot be read.");
-  }
+  found->second(source, first, stride, out);
 }
 
 } // namespace innergs

@@ -16,18 +16,6 @@ namespace innergs {
 namespace {
 
 constexpr std::size_t headerBytes = 348;
-enum Datatype {
-  UInt8 = 2,
-  Int16 = 4,
-  Int32 = 8,
-  Float32 = 16,
-  Float64 = 64,
-  Int8 = 256,
-  UInt16 = 512,
-  UInt32 = 768,
-  Int64 = 1024,
-  UInt64 = 1280
-};
 
 /// zlib also reads uncompressed files.
 using GzFile = std::unique_ptr<gzFile_s, int (*)(gzFile)>;
@@ -75,14 +63,11 @@ fs::path voxelFileOf(const fs::path& path, bool pair) {
 
 /// ITK aborts the process if a matrix contains NaN.
 void checkFinite(const NiftiHeader& header, const Vec3& quaternion, const std::string& what) {
-  const auto finite = [](const Vec3& v) {
-    return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
-  };
-  bool sound = header.qformCode <= 0 || (finite(header.qformOffset) && finite(quaternion));
+  bool sound = header.qformCode <= 0 || (isFinite(header.qformOffset) && isFinite(quaternion));
   if (header.sformCode > 0) {
-    sound = sound && finite(header.sform.offset);
+    sound = sound && isFinite(header.sform.offset);
     for (int row = 0; row < 3; ++row)
-      sound = sound && finite(header.sform.linear[row]);
+      sound = sound && isFinite(header.sform.linear[row]);
   }
   if (!sound)
     throw Error(ErrorCode::Geometry,
@@ -118,56 +103,34 @@ void convert(const std::vector<unsigned char>& bytes, const NiftiHeader& header,
   }
 }
 
-void convert(const std::vector<unsigned char>& bytes, const NiftiHeader& header, float* out,
-             std::size_t count) {
-  switch (header.datatype) {
-  case UInt8:
-    return convert<std::uint8_t>(bytes, header, out, count);
-  case Int8:
-    return convert<std::int8_t>(bytes, header, out, count);
-  case UInt16:
-    return convert<std::uint16_t>(bytes, header, out, count);
-  case Int16:
-    return convert<std::int16_t>(bytes, header, out, count);
-  case UInt32:
-    return convert<std::uint32_t>(bytes, header, out, count);
-  case Int32:
-    return convert<std::int32_t>(bytes, header, out, count);
-  case UInt64:
-    return convert<std::uint64_t>(bytes, header, out, count);
-  case Int64:
-    return convert<std::int64_t>(bytes, header, out, count);
-  case Float32:
-    return convert<float>(bytes, header, out, count);
-  case Float64:
-    return convert<double>(bytes, header, out, count);
-  }
+/// How voxels of one NIfTI datatype are read.
+struct VoxelType {
+  int datatype, bytes;
+  void (*convert)(const std::vector<unsigned char>& bytes, const NiftiHeader& header, float* out,
+                  std::size_t count);
+};
+
+template <typename T>
+constexpr VoxelType voxelType(int datatype) {
+  return {datatype, sizeof(T), convert<T>};
+}
+
+constexpr std::array voxelTypes{voxelType<std::uint8_t>(2),    voxelType<std::int16_t>(4),
+                                voxelType<std::int32_t>(8),    voxelType<float>(16),
+                                voxelType<double>(64),         voxelType<std::int8_t>(256),
+                                voxelType<std::uint16_t>(512), voxelType<std::uint32_t>(768),
+                                voxelType<std::int64_t>(1024), voxelType<std::uint64_t>(1280)};
+
+/// Null for other types, of which colour and complex are rejected later, by ITK's pixel type.
+const VoxelType* voxelTypeOf(int datatype) {
+  const auto found = std::find_if(voxelTypes.begin(), voxelTypes.end(),
+                                  [&](const VoxelType& type) { return type.datatype == datatype; });
+  return found == voxelTypes.end() ? nullptr : &*found;
 }
 
 /// Rejected later, by ITK's pixel type.
 bool isColourOrComplex(int datatype) {
   return datatype == 128 || datatype == 2304 || datatype == 32 || datatype == 1792;
-}
-
-int bytesOf(int datatype) {
-  switch (datatype) {
-  case UInt8:
-  case Int8:
-    return 1;
-  case UInt16:
-  case Int16:
-    return 2;
-  case UInt32:
-  case Int32:
-  case Float32:
-    return 4;
-  case UInt64:
-  case Int64:
-  case Float64:
-    return 8;
-  default:
-    return 0; // colour, complex, long double: rejected later, by the pixel type
-  }
 }
 
 /// NIfTI's slice_code: the order in which slices first to last were acquired; {} for any other code.
@@ -259,8 +222,9 @@ NiftiHeader readNiftiHeader(const fs::path& path) {
   }
   header.intent = fields.get<std::int16_t>(68);
   header.datatype = fields.get<std::int16_t>(70);
-  header.bytesPerVoxel = bytesOf(header.datatype);
-  if (header.bytesPerVoxel == 0 && !isColourOrComplex(header.datatype))
+  if (const VoxelType* const type = voxelTypeOf(header.datatype))
+    header.bytesPerVoxel = type->bytes;
+  else if (!isColourOrComplex(header.datatype))
     throw Error(
         ErrorCode::UnsupportedImage,
         what +
@@ -315,6 +279,7 @@ std::vector<std::vector<float>> readNiftiFrames(const NiftiHeader& header, std::
   const std::int64_t start = header.voxelOffset + first * voxels * header.bytesPerVoxel;
   if (gzseek(file.get(), static_cast<z_off_t>(start), SEEK_SET) < 0) throw truncated();
   constexpr std::int64_t chunk = 1 << 16;
+  const VoxelType* const type = voxelTypeOf(header.datatype);
   std::vector<unsigned char> bytes(static_cast<std::size_t>(chunk * header.bytesPerVoxel));
   std::vector<std::vector<float>> frames(static_cast<std::size_t>(count));
   for (auto& frame : frames) {
@@ -323,7 +288,7 @@ std::vector<std::vector<float>> readNiftiFrames(const NiftiHeader& header, std::
       const std::int64_t n = std::min(chunk, voxels - done);
       const int wanted = static_cast<int>(n * header.bytesPerVoxel);
       if (gzread(file.get(), bytes.data(), static_cast<unsigned>(wanted)) != wanted) throw truncated();
-      convert(bytes, header, frame.data() + done, static_cast<std::size_t>(n));
+      if (type) type->convert(bytes, header, frame.data() + done, static_cast<std::size_t>(n));
     }
   }
   return frames;

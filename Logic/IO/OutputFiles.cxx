@@ -6,7 +6,6 @@
 #include "IO/FilePath.h"
 #include "IO/VolumeIO.h"
 
-#include <algorithm>
 #include <fstream>
 
 namespace fs = std::filesystem;

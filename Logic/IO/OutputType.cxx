@@ -15,15 +15,32 @@ namespace {
 constexpr double overshoot = 0.02;  // of the values' span: overshoot of an interpolation beside an edge
 constexpr double fewestLevels = 50; // with fewer, rounding limits the PSNR to less than 45 dB
 
+/// Rounds and clamps; returns the number of values that were clamped.
+template <typename T>
+std::int64_t convert(std::span<const float> voxels, std::vector<std::byte>& bytes) {
+  bytes.resize(voxels.size() * sizeof(T));
+  T* out = reinterpret_cast<T*>(bytes.data());
+  constexpr double low = std::numeric_limits<T>::lowest(), high = std::numeric_limits<T>::max();
+  std::int64_t clamped = 0;
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    const double value = std::isnan(voxels[i]) ? 0 : std::round(double(voxels[i]));
+    clamped += value < low || value > high;
+    out[i] = static_cast<T>(std::clamp(value, low, high));
+  }
+  return clamped;
+}
+
 struct IntegerType {
   OutputType type;
   const char* name;
   double low, high;
+  std::int64_t (*convert)(std::span<const float> voxels, std::vector<std::byte>& bytes);
 };
 
 template <typename T>
 constexpr IntegerType integerType(OutputType type, const char* name) {
-  return {type, name, double(std::numeric_limits<T>::lowest()), double(std::numeric_limits<T>::max())};
+  return {type, name, double(std::numeric_limits<T>::lowest()), double(std::numeric_limits<T>::max()),
+          convert<T>};
 }
 
 constexpr std::array integerTypes{integerType<std::uint8_t>(OutputType::UInt8, "uint8"),
@@ -52,20 +69,6 @@ std::string typesFor(const VoxelValues& values) {
     if (holds(type, values, 0) && !tooFine(values))
       names += std::string(names.empty() ? "" : ", ") + type.name;
   return names.empty() ? "float" : names + " or float";
-}
-
-template <typename T>
-std::int64_t convert(std::span<const float> voxels, std::vector<std::byte>& bytes) {
-  bytes.resize(voxels.size() * sizeof(T));
-  T* out = reinterpret_cast<T*>(bytes.data());
-  constexpr double low = std::numeric_limits<T>::lowest(), high = std::numeric_limits<T>::max();
-  std::int64_t clamped = 0;
-  for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const double value = std::isnan(voxels[i]) ? 0 : std::round(double(voxels[i]));
-    clamped += value < low || value > high;
-    out[i] = static_cast<T>(std::clamp(value, low, high));
-  }
-  return clamped;
 }
 
 } // namespace
@@ -119,22 +122,7 @@ bool isOvershoot(OutputType type, const VoxelValues& values, const VoxelValues& 
 }
 
 IntegerVoxels::IntegerVoxels(std::span<const float> voxels, OutputType type) {
-  switch (type) {
-  case OutputType::UInt8:
-    clamped = convert<std::uint8_t>(voxels, bytes);
-    break;
-  case OutputType::Int16:
-    clamped = convert<std::int16_t>(voxels, bytes);
-    break;
-  case OutputType::UInt16:
-    clamped = convert<std::uint16_t>(voxels, bytes);
-    break;
-  case OutputType::Int32:
-    clamped = convert<std::int32_t>(voxels, bytes);
-    break;
-  case OutputType::Float32:
-    break;
-  }
+  if (const IntegerType* const integer = integerTypeOf(type)) clamped = integer->convert(voxels, bytes);
 }
 
 } // namespace innergs

@@ -3,6 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Base/Quantities.h"
+#include "Core/Image/Bounds.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/MemoryCheck.h"
@@ -11,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <limits>
 #include <locale>
 #include <sstream>
 #include <string_view>
@@ -205,22 +205,17 @@ void readOwnComments(const PlyHeader& header, const std::filesystem::path& path,
 
 /// A lattice around the Gaussians of a file without a domain: 256 voxels along the longest side.
 GridGeometry domainAround(const std::vector<Gaussian>& gaussians) {
-  Vec3 low, high;
-  low.fill(std::numeric_limits<double>::max());
-  high.fill(std::numeric_limits<double>::lowest());
+  Bounds bounds;
   for (const Gaussian& g : gaussians)
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min<double>(low[axis], g.mean[axis]);
-      high[axis] = std::max<double>(high[axis], g.mean[axis]);
-    }
-  const double longest = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+    bounds.include({g.mean[0], g.mean[1], g.mean[2]});
+  const double longest = bounds.longestSide();
   const double spacing = std::isfinite(longest) && longest > 0 ? longest / 255 : 1;
   GridGeometry domain;
-  domain.origin = low;
+  domain.origin = bounds.low;
   domain.spacing = {spacing, spacing, spacing};
   for (int axis = 0; axis < 3; ++axis)
     domain.size[axis] =
-        std::clamp<std::int64_t>(std::llround((high[axis] - low[axis]) / spacing) + 1, 1, 256);
+        std::clamp<std::int64_t>(std::llround((bounds.high[axis] - bounds.low[axis]) / spacing) + 1, 1, 256);
   return domain;
 }
 

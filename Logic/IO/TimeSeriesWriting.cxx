@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -26,19 +27,8 @@ bool isNifti(const fs::path& path) {
 }
 
 const char* nrrdType(OutputType type) {
-  switch (type) {
-  case OutputType::UInt8:
-    return "unsigned char";
-  case OutputType::Int16:
-    return "short";
-  case OutputType::UInt16:
-    return "unsigned short";
-  case OutputType::Int32:
-    return "int";
-  case OutputType::Float32:
-    break;
-  }
-  return "float";
+  constexpr std::array names{"float", "unsigned char", "short", "unsigned short", "int"}; // as in OutputType
+  return names.at(static_cast<std::size_t>(type));
 }
 
 /// Frames first: every version of 3D Slicer reads these.

@@ -15,6 +15,7 @@
 #include <itk_zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <limits>
 
@@ -42,19 +43,9 @@ OutputFormat outputFormatOf(const fs::path& path) {
 }
 
 Component componentOf(OutputType type) {
-  switch (type) {
-  case OutputType::UInt8:
-    return Component::UCHAR;
-  case OutputType::Int16:
-    return Component::SHORT;
-  case OutputType::UInt16:
-    return Component::USHORT;
-  case OutputType::Int32:
-    return Component::INT;
-  case OutputType::Float32:
-    break;
-  }
-  return Component::FLOAT;
+  constexpr std::array components{Component::FLOAT, Component::UCHAR, Component::SHORT, Component::USHORT,
+                                  Component::INT};
+  return components.at(static_cast<std::size_t>(type));
 }
 
 std::uint64_t voxelsStart(std::ifstream& in, const std::string& headerEnd) {

@@ -5,6 +5,7 @@
 #include "Core/Job/MemoryEstimate.h"
 #include "IO/DynamicModelFile.h"
 #include "IO/FilePath.h"
+#include "NodeGeometry.h"
 #include "Outputs.h"
 #include "QualityTable.h"
 #include "SequenceNodes.h"
@@ -35,7 +36,7 @@ DynamicWork::DynamicWork(vtkSlicerInnerGSDynamicRequest* request) {
   series_.sliceTiming = sliceTimingOf(request, series_.geometry);
   if (!series_.sliceTiming.empty()) checkTimeSeries(series_); // its slice times too
   sequence_ = request->GetSeries();
-  name_ = sequence_->GetName() ? sequence_->GetName() : "Sequence";
+  name_ = nameOf(sequence_, "Sequence");
   times_ = framesWanted(request->GetTimes(), request->GetRate(), series_.times);
   judge_ = request->GetEvaluateQuality();
   keepWhenCancelled_ = request->GetKeepWhenCancelled();

@@ -1,6 +1,7 @@
 #include "GaussianModel.h"
 
 #include "Core/Base/Error.h"
+#include "NodeGeometry.h"
 #include "Outputs.h"
 #include "Queries.h"
 #include "vtkInnerGSModel.h"
@@ -26,7 +27,7 @@ vtkSmartPointer<vtkMRMLModelNode> makeGaussianModel(vtkMRMLScene* scene, vtkMRML
   vtkSmartPointer<vtkMRMLModelNode> made = output;
   if (!made) {
     if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add a model to: set one.");
-    const std::string name = std::string(model->GetName() ? model->GetName() : "Model") + " Gaussians";
+    const std::string name = nameOf(model, "Model") + " Gaussians";
     made = vtkMRMLModelNode::SafeDownCast(addNode(scene, "vtkMRMLModelNode", name));
     if (made->GetScene()) made->CreateDefaultDisplayNodes();
     placeBeside(made, model);

@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
+#include "IO/FilePath.h"
 #include "SliceThickness.h"
 
 #include <vtkMRMLScalarVolumeNode.h>
@@ -81,14 +82,22 @@ std::shared_ptr<mrml::Task> vtkSlicerInnerGSLogic::Internals::taskOf(vtkSlicerIn
 }
 
 vtkSlicerInnerGSJob*
-vtkSlicerInnerGSLogic::Internals::startLearning(const std::function<std::shared_ptr<mrml::Task>()>& prepare) {
+vtkSlicerInnerGSLogic::Internals::start(const std::function<std::shared_ptr<mrml::Task>()>& prepare) {
   const bool started = this->guard([&] {
     std::shared_ptr<mrml::Task> task = prepare();
-    task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
-    task->job->Learning = true;
-    const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
+    task->recoveryFolder = innergs::pathOf(logic->GetRecoveryFolder());
+    const auto job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
+    job->ParameterNode = task->parameters;
+    job->Learning = static_cast<bool>(task->work);
+    task->job = job;
     this->queue.submit(std::move(task));
     this->lastJob = job;
   });
   return started ? this->lastJob.Get() : nullptr;
+}
+
+bool vtkSlicerInnerGSLogic::Internals::finishes(const vtkSmartPointer<vtkSlicerInnerGSJob>& job) {
+  if (!job) return false;
+  logic->WaitForJob(job);
+  return job->State == vtkSlicerInnerGSJob::Finished;
 }

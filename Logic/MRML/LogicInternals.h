@@ -97,8 +97,10 @@ struct vtkSlicerInnerGSLogic::Internals {
 
   /// Runs the task; what it throws becomes an ErrorEvent and the last error, and it returns false.
   bool guard(const std::function<void()>& task);
-  /// Starts a job that teaches a model; null after an error.
-  vtkSlicerInnerGSJob* startLearning(const std::function<std::shared_ptr<innergs::mrml::Task>()>& prepare);
+  /// Starts the job of a task; null after an error.
+  vtkSlicerInnerGSJob* start(const std::function<std::shared_ptr<innergs::mrml::Task>()>& prepare);
+  /// Waits for a started job; false if it is null or does not finish.
+  bool finishes(const vtkSmartPointer<vtkSlicerInnerGSJob>& job);
   /// A query's volume, made in `output` (which then follows no slice view) or a new node; null after an
   /// error.
   vtkMRMLScalarVolumeNode* answer(vtkMRMLScalarVolumeNode* output,

@@ -12,8 +12,12 @@
 
 namespace innergs::mrml {
 
+std::string nameOf(vtkMRMLNode* node, const std::string& otherwise) {
+  return node && node->GetName() ? node->GetName() : otherwise;
+}
+
 std::string quoted(vtkMRMLNode* node) {
-  return std::string("'") + (node && node->GetName() ? node->GetName() : "") + "'";
+  return "'" + nameOf(node) + "'";
 }
 
 void toWorld(vtkMRMLTransformableNode* node, vtkMatrix4x4* nodeToWorld) {

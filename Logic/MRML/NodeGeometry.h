@@ -12,6 +12,8 @@ class vtkMatrix4x4;
 /// Positions of nodes in the world (RAS mm), through their parent transforms.
 namespace innergs::mrml {
 
+/// The node's name; `otherwise` if it has none, or is null.
+std::string nameOf(vtkMRMLNode* node, const std::string& otherwise = {});
 /// 'name', for error messages.
 std::string quoted(vtkMRMLNode* node);
 

@@ -52,7 +52,7 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> volumeFor(vtkMRMLScene* scene, vtkMRMLS
                                                    vtkMRMLInnerGSModelNode* model, const char* suffix) {
   if (output) return output;
   if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add a volume to: set one.");
-  const std::string name = std::string(model->GetName() ? model->GetName() : "Model") + suffix;
+  const std::string name = nameOf(model, "Model") + suffix;
   vtkSmartPointer<vtkMRMLScalarVolumeNode> made =
       vtkMRMLScalarVolumeNode::SafeDownCast(addNode(scene, "vtkMRMLScalarVolumeNode", name));
   placeBeside(made, model);

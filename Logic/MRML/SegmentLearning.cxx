@@ -188,7 +188,7 @@ std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNod
                                       vtkMRMLScene* scene) {
   const auto training = trainingLabelsOf(model, labels, scene);
   return learningTask(
-      model, scene, labels->GetName() ? labels->GetName() : "", 0,
+      model, scene, nameOf(labels), 0,
       [training, sparse](const std::stop_token& stop, DetachedTasks& unstoppable, const auto&) {
         NamedLabels given = training->labels(stop, unstoppable);
         if (sparse) given.labels = withSparseSlices(given.labels);
@@ -208,7 +208,7 @@ std::shared_ptr<Task> prepareFeatureLearning(vtkMRMLInnerGSModelNode* model, vtk
   dense->features.geometry = inModel(gridOf(features), worldToModel);
   dense->features.channels = vtk::componentsOf(features->GetImageData(), what);
   dense->texts = readTextEmbeddings(pathOf(textsFile));
-  return learningTask(model, scene, features->GetName() ? features->GetName() : "", 0,
+  return learningTask(model, scene, nameOf(features), 0,
                       [dense](const auto&...) { return Teacher(std::move(*dense)); });
 }
 

@@ -99,7 +99,7 @@ vtkSmartPointer<vtkMRMLSegmentationNode> addSegments(vtkMRMLScene* scene, vtkMRM
   if (!node) {
     if (!scene)
       throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add segments to: set one.");
-    const std::string name = std::string(model->GetName() ? model->GetName() : "Model") + " segments";
+    const std::string name = nameOf(model, "Model") + " segments";
     node = vtkMRMLSegmentationNode::SafeDownCast(addNode(scene, "vtkMRMLSegmentationNode", name));
     if (node->GetScene()) node->CreateDefaultDisplayNodes();
     placeBeside(node, model);

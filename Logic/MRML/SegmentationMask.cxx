@@ -3,6 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/StopToken.h"
 #include "Core/Base/SystemMemory.h"
+#include "Core/Image/Bounds.h"
 #include "Core/Job/ReconstructionJob.h"
 #include "DetachedTasks.h"
 #include "Geometry.h"
@@ -87,27 +88,17 @@ void within(vtkOrientedImageData* image, vtkMatrix4x4* nodeToWorld, const std::v
   vtkNew<vtkMatrix4x4> imageToWorld;
   latticeOf(image, nodeToWorld, imageToWorld); // refuses what is sheared
   const Affine3 toImage = inverse(vtk::affineOf(imageToWorld, "The mask"));
-  Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  for (const GridGeometry& grid : grids) {
-    const Affine3 toLPS = grid.indexToWorld();
-    for (int corner = 0; corner < 8; ++corner) {
-      Vec3 at;
-      for (int a = 0; a < 3; ++a)
-        at[a] = (corner >> a & 1) != 0 ? double(grid.size[a]) - 0.5 : -0.5;
-      at = toImage(vtk::flipped(toLPS(at)));
-      for (int a = 0; a < 3; ++a) {
-        low[a] = std::min(low[a], at[a]);
-        high[a] = std::max(high[a], at[a]);
-      }
-    }
-  }
+  Bounds box;
+  for (const GridGeometry& grid : grids)
+    for (const Vec3& corner : grid.corners())
+      box.include(toImage(vtk::flipped(corner)));
   int extent[6];
   image->GetExtent(extent);
   for (int a = 0; a < 3; ++a) {
     const double more = 2 + margin / image->GetSpacing()[a];
     const double first = extent[2 * a], last = extent[2 * a + 1];
-    part[2 * a] = static_cast<int>(std::clamp(std::floor(low[a] - more), first, last));
-    part[2 * a + 1] = static_cast<int>(std::clamp(std::ceil(high[a] + more), first, last));
+    part[2 * a] = static_cast<int>(std::clamp(std::floor(box.low[a] - more), first, last));
+    part[2 * a + 1] = static_cast<int>(std::clamp(std::ceil(box.high[a] + more), first, last));
   }
 }
 

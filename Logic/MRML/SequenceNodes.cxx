@@ -175,7 +175,7 @@ vtkSmartPointer<vtkMRMLSequenceBrowserNode> browse(vtkMRMLSequenceNode* sequence
     browser->AddSynchronizedSequenceNodeID(sequence->GetID());
     return browser;
   }
-  const std::string name = std::string(sequence->GetName() ? sequence->GetName() : "Sequence") + " browser";
+  const std::string name = nameOf(sequence, "Sequence") + " browser";
   vtkSmartPointer<vtkMRMLSequenceBrowserNode> browser =
       vtkMRMLSequenceBrowserNode::SafeDownCast(addNode(scene, "vtkMRMLSequenceBrowserNode", name));
   if (browser && browser->GetScene()) browser->SetAndObserveMasterSequenceNodeID(sequence->GetID());

@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
+#include "NodeGeometry.h"
 #include "Outputs.h"
 
 #include <vtkMRMLLinearTransformNode.h>
@@ -67,7 +68,7 @@ std::vector<vtkSmartPointer<vtkMRMLLinearTransformNode>> makeSliceTransforms(vtk
     const vtkIdType item = tree->GetItemByDataNode(table);
     folder =
         tree->CreateFolderItem(item == folder ? tree->GetSceneItemID() : tree->GetItemParent(item),
-                               std::string(table->GetName() ? table->GetName() : "Slices") + " transforms");
+                               nameOf(table, "Slices") + " transforms");
   }
   std::vector<vtkSmartPointer<vtkMRMLLinearTransformNode>> made;
   for (const SliceRow& row : rows) {

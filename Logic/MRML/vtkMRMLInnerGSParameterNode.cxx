@@ -17,7 +17,7 @@
 
 vtkMRMLNodeNewMacro(vtkMRMLInnerGSParameterNode);
 
-vtkInnerGSSettingsAccessMacro(vtkMRMLInnerGSParameterNode);
+vtkInnerGSOwnSettingsMacro(vtkMRMLInnerGSParameterNode);
 
 namespace {
 
@@ -138,16 +138,6 @@ void vtkMRMLInnerGSParameterNode::ResetSettings() {
 #define INNERGS_RESET(Kind, attribute, Property) this->Set##Property(fresh->Get##Property());
   INNERGS_SETTINGS(INNERGS_RESET)
   this->SetSettings({});
-}
-
-const innergs::Settings& vtkMRMLInnerGSParameterNode::GetSettings() const {
-  return *this->Choices;
-}
-
-void vtkMRMLInnerGSParameterNode::SetSettings(const innergs::Settings& settings) {
-  if (settings == *this->Choices) return;
-  *this->Choices = settings;
-  this->Modified();
 }
 
 void vtkMRMLInnerGSParameterNode::UpdateReferenceID(const char* oldID, const char* newID) {

@@ -152,48 +152,26 @@ public:
   /// Restores the defaults of all settings; inputs, region and outputs stay.
   void ResetSettings();
 
-  static const char* GetInputVolumeReferenceRole() {
-    return "inputVolume";
+  /// The roles of its references to nodes.
+#define vtkInnerGSReferenceRoleMacro(Name, role)                                                             \
+  static const char* Get##Name##ReferenceRole() {                                                            \
+    return role;                                                                                             \
   }
-  static const char* GetMaskReferenceRole() {
-    return "mask";
-  }
-  static const char* GetInputMaskReferenceRole() {
-    return "inputMask";
-  }
-  static const char* GetROIReferenceRole() {
-    return "roi";
-  }
-  static const char* GetReferenceVolumeReferenceRole() {
-    return "referenceVolume";
-  }
-  static const char* GetOutputVolumeReferenceRole() {
-    return "outputVolume";
-  }
-  static const char* GetOutputModelReferenceRole() {
-    return "outputModel";
-  }
-  static const char* GetQualityTableReferenceRole() {
-    return "qualityTable";
-  }
-  static const char* GetOutputUncertaintyReferenceRole() {
-    return "outputUncertainty";
-  }
-  static const char* GetResultUncertaintyReferenceRole() {
-    return "resultUncertainty";
-  }
-  static const char* GetResultVolumeReferenceRole() {
-    return "resultVolume";
-  }
-  static const char* GetResultModelReferenceRole() {
-    return "resultModel";
-  }
-  static const char* GetResultTableReferenceRole() {
-    return "resultTable";
-  }
-  static const char* GetResultSliceTableReferenceRole() {
-    return "resultSliceTable";
-  }
+  vtkInnerGSReferenceRoleMacro(InputVolume, "inputVolume");
+  vtkInnerGSReferenceRoleMacro(Mask, "mask");
+  vtkInnerGSReferenceRoleMacro(InputMask, "inputMask");
+  vtkInnerGSReferenceRoleMacro(ROI, "roi");
+  vtkInnerGSReferenceRoleMacro(ReferenceVolume, "referenceVolume");
+  vtkInnerGSReferenceRoleMacro(OutputVolume, "outputVolume");
+  vtkInnerGSReferenceRoleMacro(OutputModel, "outputModel");
+  vtkInnerGSReferenceRoleMacro(QualityTable, "qualityTable");
+  vtkInnerGSReferenceRoleMacro(OutputUncertainty, "outputUncertainty");
+  vtkInnerGSReferenceRoleMacro(ResultUncertainty, "resultUncertainty");
+  vtkInnerGSReferenceRoleMacro(ResultVolume, "resultVolume");
+  vtkInnerGSReferenceRoleMacro(ResultModel, "resultModel");
+  vtkInnerGSReferenceRoleMacro(ResultTable, "resultTable");
+  vtkInnerGSReferenceRoleMacro(ResultSliceTable, "resultSliceTable");
+#undef vtkInnerGSReferenceRoleMacro
 
 protected:
   vtkMRMLInnerGSParameterNode();

@@ -25,44 +25,15 @@ void vtkSlicerInnerGSDynamicRequest::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "KeepWhenCancelled: " << this->KeepWhenCancelled << "\n";
 }
 
-vtkInnerGSSettingsAccessMacro(vtkSlicerInnerGSDynamicRequest);
+vtkInnerGSOwnSettingsMacro(vtkSlicerInnerGSDynamicRequest);
 
-const innergs::Settings& vtkSlicerInnerGSDynamicRequest::GetSettings() const {
-  return *this->Choices;
-}
-
-void vtkSlicerInnerGSDynamicRequest::SetSettings(const innergs::Settings& settings) {
-  if (settings == *this->Choices) return;
-  *this->Choices = settings;
-  this->Modified();
-}
-
-void vtkSlicerInnerGSDynamicRequest::SetSeries(vtkMRMLSequenceNode* sequence) {
-  if (sequence == this->Series.Get()) return;
-  this->Series = sequence;
-  this->Modified();
-}
-
-vtkMRMLSequenceNode* vtkSlicerInnerGSDynamicRequest::GetSeries() {
-  return this->Series;
-}
-
-void vtkSlicerInnerGSDynamicRequest::SetTimes(vtkDoubleArray* times) {
-  if (times == this->Times.Get()) return;
-  this->Times = times;
-  this->Modified();
-}
-
-vtkDoubleArray* vtkSlicerInnerGSDynamicRequest::GetTimes() {
-  return this->Times;
-}
-
-void vtkSlicerInnerGSDynamicRequest::SetSliceTimes(vtkDoubleArray* times) {
-  if (times == this->SliceTimes.Get()) return;
-  this->SliceTimes = times;
-  this->Modified();
-}
-
-vtkDoubleArray* vtkSlicerInnerGSDynamicRequest::GetSliceTimes() {
-  return this->SliceTimes;
-}
+// Setter and getter of an object.
+#define INNERGS_OBJECT(Type, Name)                                                                           \
+  vtkCxxSetSmartPointerMacro(vtkSlicerInnerGSDynamicRequest, Name, Type);                                    \
+  Type* vtkSlicerInnerGSDynamicRequest::Get##Name() {                                                        \
+    return this->Name;                                                                                       \
+  }
+INNERGS_OBJECT(vtkMRMLSequenceNode, Series)
+INNERGS_OBJECT(vtkDoubleArray, Times)
+INNERGS_OBJECT(vtkDoubleArray, SliceTimes)
+#undef INNERGS_OBJECT

@@ -4,10 +4,10 @@
 #include "Core/Base/Failure.h"
 #include "Core/Motion/DynamicField.h"
 #include "DynamicWork.h"
+#include "GaussianModel.h"
 #include "Geometry.h"
 #include "IO/FilePath.h"
 #include "LogicInternals.h"
-#include "GaussianModel.h"
 #include "ModelReading.h"
 #include "ModelWriting.h"
 #include "NodeGeometry.h"
@@ -87,7 +87,8 @@ std::shared_ptr<const innergs::DynamicField> movingField(vtkMRMLInnerGSModelNode
   return model->GetDynamicModel()->GetField();
 }
 
-vtkMRMLSequenceNode* kept(const vtkSmartPointer<vtkMRMLSequenceNode>& made) {
+template <class Node>
+Node* kept(const vtkSmartPointer<Node>& made) {
   return made && made->GetScene() ? made.Get() : nullptr;
 }
 
@@ -169,25 +170,14 @@ void vtkSlicerInnerGSLogic::OnMRMLSceneNodeRemoved(vtkMRMLNode* node) {
 
 vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartReconstruction(vtkMRMLInnerGSParameterNode* parameters,
                                                                 bool copyVoxels) {
-  Internals& work = *this->Work;
-  const bool started = work.guard([&] {
-    std::shared_ptr<mrml::Task> task = mrml::prepare(parameters, this->GetMRMLScene(), work.thicknessOf(),
-                                                     copyVoxels || this->GetNumberOfJobs() > 0);
-    task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
-    task->job->ParameterNode = parameters;
-    task->recoveryFolder = innergs::pathOf(this->GetRecoveryFolder());
-    const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
-    work.queue.submit(std::move(task));
-    work.lastJob = job;
+  return this->Work->start([&] {
+    return mrml::prepare(parameters, this->GetMRMLScene(), this->Work->thicknessOf(),
+                         copyVoxels || this->GetNumberOfJobs() > 0);
   });
-  return started ? work.lastJob.Get() : nullptr;
 }
 
 bool vtkSlicerInnerGSLogic::Reconstruct(vtkMRMLInnerGSParameterNode* parameters) {
-  const vtkSmartPointer<vtkSlicerInnerGSJob> job = this->StartReconstruction(parameters);
-  if (!job) return false;
-  this->WaitForJob(job);
-  return job->State == vtkSlicerInnerGSJob::Finished;
+  return this->Work->finishes(this->StartReconstruction(parameters));
 }
 
 void vtkSlicerInnerGSLogic::Cancel(vtkSlicerInnerGSJob* job) {
@@ -488,14 +478,14 @@ static_assert(static_cast<int>(innergs::AnswerKind::Found) == vtkInnerGSSegment:
 
 vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels,
                                                           bool sparse) {
-  return this->Work->startLearning(
+  return this->Work->start(
       [&] { return mrml::prepareLearning(model, labels, sparse, this->GetMRMLScene()); });
 }
 
 vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartLearningFromFeatures(vtkMRMLInnerGSModelNode* model,
                                                                       vtkMRMLVolumeNode* features,
                                                                       const std::string& textsFile) {
-  return this->Work->startLearning(
+  return this->Work->start(
       [&] { return mrml::prepareFeatureLearning(model, features, textsFile, this->GetMRMLScene()); });
 }
 
@@ -504,7 +494,7 @@ vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartLearningFromNetwork(vtkMRMLInne
                                                                      vtkStringArray* names,
                                                                      const std::string& textsFile, double low,
                                                                      double high, double spacing) {
-  return this->Work->startLearning([&] {
+  return this->Work->start([&] {
     mrml::NetworkTeacher network{networkFile, {}, textsFile, {low, high}, spacing};
     for (vtkIdType n = 0; names && n < names->GetNumberOfValues(); ++n)
       network.names.push_back(names->GetValue(n));
@@ -513,10 +503,7 @@ vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartLearningFromNetwork(vtkMRMLInne
 }
 
 bool vtkSlicerInnerGSLogic::LearnSegments(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse) {
-  const vtkSmartPointer<vtkSlicerInnerGSJob> job = this->StartLearning(model, labels, sparse);
-  if (!job) return false;
-  this->WaitForJob(job);
-  return job->State == vtkSlicerInnerGSJob::Finished;
+  return this->Work->finishes(this->StartLearning(model, labels, sparse));
 }
 
 std::function<innergs::NamedLabels(const std::stop_token&)>
@@ -569,7 +556,7 @@ vtkSlicerInnerGSLogic::SegmentByText(vtkMRMLInnerGSModelNode* model, const std::
         this->Work->segments.made(model, text, spacing, {threshold, smoothing, largestOnly, minimumSize}),
         output);
   });
-  return made && made->GetScene() ? made.Get() : nullptr;
+  return kept(made);
 }
 
 vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::ScoreByText(vtkMRMLInnerGSModelNode* model,
@@ -580,7 +567,7 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::ScoreByText(vtkMRMLInnerGSModelN
     made =
         mrml::addScore(this->GetMRMLScene(), model, this->Work->segments.made(model, text, spacing), output);
   });
-  return made && made->GetScene() ? made.Get() : nullptr;
+  return kept(made);
 }
 
 vtkMRMLSegmentationNode* vtkSlicerInnerGSLogic::AddSegments(vtkMRMLInnerGSModelNode* model,
@@ -591,7 +578,7 @@ vtkMRMLSegmentationNode* vtkSlicerInnerGSLogic::AddSegments(vtkMRMLInnerGSModelN
     mrml::modelOf(model);
     made = mrml::addSegments(this->GetMRMLScene(), model, segments, output);
   });
-  return made && made->GetScene() ? made.Get() : nullptr;
+  return kept(made);
 }
 
 //------------------------------------------------------------------------------
@@ -599,28 +586,19 @@ vtkMRMLSegmentationNode* vtkSlicerInnerGSLogic::AddSegments(vtkMRMLInnerGSModelN
 
 vtkSlicerInnerGSJob*
 vtkSlicerInnerGSLogic::StartDynamicReconstruction(vtkSlicerInnerGSDynamicRequest* request) {
-  Internals& work = *this->Work;
-  const bool started = work.guard([&] {
+  return this->Work->start([&] {
     if (!this->GetMRMLScene())
       throw Error(ErrorCode::InvalidArgument, "The logic has no scene to put the result into: set one.");
     auto task = std::make_shared<mrml::Task>();
     task->dynamic = std::make_shared<mrml::DynamicWork>(request);
     task->scene = this->GetMRMLScene();
     task->recovered = task->dynamic->about();
-    task->recoveryFolder = innergs::pathOf(this->GetRecoveryFolder());
-    task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
-    const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
-    work.queue.submit(std::move(task));
-    work.lastJob = job;
+    return task;
   });
-  return started ? work.lastJob.Get() : nullptr;
 }
 
 bool vtkSlicerInnerGSLogic::ReconstructDynamic(vtkSlicerInnerGSDynamicRequest* request) {
-  const vtkSmartPointer<vtkSlicerInnerGSJob> job = this->StartDynamicReconstruction(request);
-  if (!job) return false;
-  this->WaitForJob(job);
-  return job->GetState() == vtkSlicerInnerGSJob::Finished;
+  return this->Work->finishes(this->StartDynamicReconstruction(request));
 }
 
 std::string vtkSlicerInnerGSLogic::CheckDynamicRequest(vtkSlicerInnerGSDynamicRequest* request) {
@@ -652,7 +630,7 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::PreviewFrame(vtkSlicerInnerGSJob
     innergs::vtk::toMatrix(field->canonical.region(), ijkToRAS);
     if (made) mrml::setVolume(made, frame, ijkToRAS);
   });
-  return done && made && made->GetScene() ? made.Get() : nullptr;
+  return done ? kept(made) : nullptr;
 }
 
 vtkMRMLSequenceNode* vtkSlicerInnerGSLogic::CreateFrames(vtkMRMLInnerGSModelNode* model,

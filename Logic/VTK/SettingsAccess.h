@@ -61,6 +61,17 @@ bool change(Object* self, Edit edit) {
 
 } // namespace innergs::vtk
 
+/// The same for a class whose member Choices points to its settings.
+#define vtkInnerGSOwnSettingsMacro(Class)                                                                    \
+  vtkInnerGSSettingsAccessMacro(Class) const innergs::Settings& Class::GetSettings() const {                 \
+    return *this->Choices;                                                                                   \
+  }                                                                                                          \
+  void Class::SetSettings(const innergs::Settings& settings) {                                               \
+    if (settings == *this->Choices) return;                                                                  \
+    *this->Choices = settings;                                                                               \
+    this->Modified();                                                                                        \
+  }
+
 /// The same for a filter, whose device, threads and instruction set are its own members.
 #define vtkInnerGSFilterSettingsMacro(Class)                                                                 \
   vtkInnerGSSettingsAccessMacro(Class) innergs::Settings Class::GetSettings() const {                        \

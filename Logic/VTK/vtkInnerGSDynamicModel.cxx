@@ -7,7 +7,6 @@
 #include "Core/Motion/DynamicField.h"
 #include "vtkInnerGSModel.h"
 
-#include "vtkInformation.h"
 #include "vtkInformationVector.h"
 #include "vtkObjectFactory.h"
 
@@ -127,8 +126,7 @@ vtkInnerGSModel* vtkInnerGSDynamicModel::NewModelAt(double time) {
 }
 
 vtkInnerGSDynamicModel* vtkInnerGSDynamicModel::GetData(vtkInformation* information) {
-  return information ? vtkInnerGSDynamicModel::SafeDownCast(information->Get(vtkDataObject::DATA_OBJECT()))
-                     : nullptr;
+  return vtkInnerGSDynamicModel::SafeDownCast(vtkDataObject::GetData(information));
 }
 
 vtkInnerGSDynamicModel* vtkInnerGSDynamicModel::GetData(vtkInformationVector* informations, int index) {

@@ -3,18 +3,16 @@
 #include "Core/Base/NumberText.h"
 #include "Core/Base/Quantities.h"
 #include "Core/Features/FeatureModel.h"
+#include "Core/Image/Bounds.h"
 #include "Core/Job/ReconstructionJob.h"
 #include "Core/Model/FieldValue.h"
 #include "Geometry.h"
 #include "Text/SegmentedModel.h"
 
-#include "vtkInformation.h"
 #include "vtkInformationVector.h"
 #include "vtkMath.h"
 #include "vtkMatrix4x4.h"
 #include "vtkObjectFactory.h"
-
-#include <algorithm>
 
 vtkStandardNewMacro(vtkInnerGSModel);
 
@@ -124,29 +122,17 @@ void vtkInnerGSModel::GetBounds(double bounds[6]) {
   vtkMath::UninitializeBounds(bounds);
   const auto field = this->GetField();
   if (!field) return;
-  innergs::Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  const auto include = [&](const innergs::Vec3& lps) {
-    const innergs::Vec3 x = innergs::vtk::flipped(lps);
-    for (int a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], x[a]);
-      high[a] = std::max(high[a], x[a]);
-    }
-  };
+  innergs::Bounds box;
   if (field->region().voxelCount() > 0) {
-    const auto map = field->region().indexToWorld();
-    for (int corner = 0; corner < 8; ++corner) {
-      innergs::Vec3 index;
-      for (int a = 0; a < 3; ++a)
-        index[a] = (corner >> a & 1) ? static_cast<double>(field->region().size[a]) - 0.5 : -0.5;
-      include(map(index));
-    }
+    for (const innergs::Vec3& corner : field->region().corners())
+      box.include(innergs::vtk::flipped(corner));
   } else {
     for (const innergs::Gaussian& g : field->gaussians)
-      include(field->modelToWorld({g.mean[0], g.mean[1], g.mean[2]}));
+      box.include(innergs::vtk::flipped(field->modelToWorld({g.mean[0], g.mean[1], g.mean[2]})));
   }
   for (int a = 0; a < 3; ++a) {
-    bounds[2 * a] = low[a];
-    bounds[2 * a + 1] = high[a];
+    bounds[2 * a] = box.low[a];
+    bounds[2 * a + 1] = box.high[a];
   }
 }
 
@@ -194,8 +180,7 @@ std::string vtkInnerGSModel::GetSegmentName(int index) {
 }
 
 vtkInnerGSModel* vtkInnerGSModel::GetData(vtkInformation* information) {
-  return information ? vtkInnerGSModel::SafeDownCast(information->Get(vtkDataObject::DATA_OBJECT()))
-                     : nullptr;
+  return vtkInnerGSModel::SafeDownCast(vtkDataObject::GetData(information));
 }
 
 vtkInnerGSModel* vtkInnerGSModel::GetData(vtkInformationVector* informations, int index) {

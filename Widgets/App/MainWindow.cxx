@@ -10,6 +10,7 @@
 #include "Widgets/LogPanel.h"
 #include "Widgets/ModelPanel.h"
 #include "Widgets/MotionPanel.h"
+#include "Widgets/PanelTools.h"
 #include "Widgets/QueryPanel.h"
 #include "Widgets/ReconstructionPanel.h"
 
@@ -77,17 +78,13 @@ MainWindow::MainWindow(QWidget* parent)
   setAcceptDrops(true);
   setDockNestingEnabled(true);
   setCentralWidget(views_);
-  pointed_ = new QLabel(this);
-  pointed_->setObjectName(QStringLiteral("pointed"));
-  pointed_->setToolTip(tr(
-      "Position (mm; R, L, A, P, S, I: the patient's sides) and value (scanner units) under the mouse, or\n"
-      "at the crosshair while a slice view has the keyboard focus"));
-  busyText_ = new QLabel(this);
-  busyText_->setObjectName(QStringLiteral("busyText"));
-  busy_ = new QProgressBar(this);
-  busy_->setObjectName(QStringLiteral("busy"));
+  pointed_ = ui::named(new QLabel(this), "pointed",
+                       tr("Position (mm; R, L, A, P, S, I: the patient's sides) and value (scanner units) "
+                          "under the mouse, or\n"
+                          "at the crosshair while a slice view has the keyboard focus"));
+  busyText_ = ui::named(new QLabel(this), "busyText");
+  busy_ = ui::named(new QProgressBar(this), "busy", tr("A file is being read or written"));
   busy_->setRange(0, 0);
-  busy_->setToolTip(tr("A file is being read or written"));
   busy_->setMaximumWidth(12 * fontMetrics().averageCharWidth());
   statusBar()->addWidget(pointed_, 1);
   statusBar()->addPermanentWidget(busyText_);
@@ -167,8 +164,7 @@ MainWindow::MainWindow(QWidget* parent)
   connect(list_, &DataList::frameChosen, host_, &AppHost::showFrame);
   connect(list_, &DataList::closeRequested, files_, &FileDialogs::closeItem);
   connect(list_, &DataList::currentIdChanged, this, [this](const QString& id) {
-    if (!host_->document().model(id)) return;
-    setModel(id);
+    if (host_->document().model(id)) setModel(id);
   });
   connect(motion_, &ui::MotionPanel::modelIdChanged, this, &MainWindow::setModel);
   AppMotionHost& moving = host_->motionHost();
@@ -196,8 +192,7 @@ MainWindow::~MainWindow() {
 }
 
 QDockWidget* MainWindow::addDock(QWidget* content, const char* name, const QString& title, bool scrolled) {
-  auto* dock = new QDockWidget(title, this);
-  dock->setObjectName(QString::fromLatin1(name));
+  auto* dock = ui::named(new QDockWidget(title, this), name);
   if (scrolled) {
     if (QLayout* inner = content->layout(); inner && inner->contentsMargins().left() == 0) {
       const int gap = fontMetrics().averageCharWidth();
@@ -225,8 +220,7 @@ void MainWindow::makeDocks() {
   model_ = new ui::ModelPanel(host_, this);
   motion_ = new ui::MotionPanel(host_, this);
   auto* modelTop = new QWidget(this); // keeps its lines at the top
-  auto* modelLayout = new QVBoxLayout(modelTop);
-  modelLayout->setContentsMargins(0, 0, 0, 0);
+  auto* modelLayout = ui::layoutWithoutMargins<QVBoxLayout>(modelTop);
   modelLayout->addWidget(model_);
   modelLayout->addStretch(1);
   QDockWidget* data = addDock(list_, "dataDock", tr("Data"), false);
@@ -261,13 +255,11 @@ void MainWindow::restoreLayout() {
 }
 
 QAction* MainWindow::add(QMenu* menu, const char* name, const QString& text, const QString& tip,
-                         const std::function<void()>& call, const QKeySequence& keys) {
-  auto* action = new QAction(text, this);
-  action->setObjectName(QString::fromLatin1(name));
-  action->setToolTip(tip);
+                         const QKeySequence& keys, const std::function<void()>& call) {
+  auto* action = ui::named(new QAction(text, this), name, tip);
   action->setStatusTip(tip);
   action->setShortcut(keys);
-  connect(action, &QAction::triggered, this, [call] { call(); });
+  if (call) connect(action, &QAction::triggered, this, [call] { call(); });
   menu->addAction(action);
   return action;
 }
@@ -275,30 +267,25 @@ QAction* MainWindow::add(QMenu* menu, const char* name, const QString& text, con
 void MainWindow::makeFileMenu() {
   QMenu* menu = menuBar()->addMenu(tr("&File"));
   menu->setObjectName(QStringLiteral("fileMenu"));
-  add(
-      menu, "openFiles", tr("&Open Volume or Model…"),
-      tr("NIfTI, NRRD, MetaImage, MINC; InnerGS models, PLY"), [this] { files_->openFiles(); },
-      QKeySequence::Open);
-  add(
-      menu, "openFolder", tr("Open &DICOM or Frames Folder…"),
-      tr("A folder with the files of one DICOM series, or with one image per frame and times.txt"),
-      [this] { files_->openFolder(); }, ctrl("D"));
+  add(menu, "openFiles", tr("&Open Volume or Model…"),
+      tr("NIfTI, NRRD, MetaImage, MINC; InnerGS models, PLY"), QKeySequence::Open,
+      [this] { files_->openFiles(); });
+  add(menu, "openFolder", tr("Open &DICOM or Frames Folder…"),
+      tr("A folder with the files of one DICOM series, or with one image per frame and times.txt"), ctrl("D"),
+      [this] { files_->openFolder(); });
   recent_ = menu->addMenu(tr("Open &Recent"));
   recent_->setObjectName(QStringLiteral("recentMenu"));
   fillRecent();
   add(menu, "openSample", tr("Open Sample &Brain"),
-      tr("A scan with 5 mm slices made from a T1 head (Colin 27), and the head to compare with"),
+      tr("A scan with 5 mm slices made from a T1 head (Colin 27), and the head to compare with"), {},
       [this] { files_->openSample(); });
   menu->addSeparator();
-  saveVolume_ = add(
-      menu, "saveVolume", tr("&Save Volume As…"), tr("The volume that the views show"),
-      [this] { files_->saveAs(state_->volumeId()); }, QKeySequence::Save);
-  saveModel_ = add(
-      menu, "saveModel", tr("Save &Model As…"), tr("The model selected or made last"),
-      [this] { files_->saveAs(modelId_); }, ctrl("Shift+S"));
+  saveVolume_ = add(menu, "saveVolume", tr("&Save Volume As…"), tr("The volume that the views show"),
+                    QKeySequence::Save, [this] { files_->saveAs(state_->volumeId()); });
+  saveModel_ = add(menu, "saveModel", tr("Save &Model As…"), tr("The model selected or made last"),
+                   ctrl("Shift+S"), [this] { files_->saveAs(modelId_); });
   menu->addSeparator();
-  add(
-      menu, "quit", tr("&Quit"), tr("Asks before unsaved items are lost"), [this] { close(); }, ctrl("Q"));
+  add(menu, "quit", tr("&Quit"), tr("Asks before unsaved items are lost"), ctrl("Q"), [this] { close(); });
 }
 
 void MainWindow::remember(const QString& file) {
@@ -338,10 +325,9 @@ void MainWindow::makeViewMenu() {
                                                 {Layout::ThreeD, tr("&3D")}};
   int key = 1;
   for (const auto& [layout, text] : layouts) {
-    QAction* action = add(
-        menu, "", text, tr("Double-clicking a view does the same"),
-        [this, layout = layout] { views_->setLayoutShown(layout); },
-        QKeySequence(QStringLiteral("Ctrl+%1").arg(key++)));
+    QAction* action = add(menu, "", text, tr("Double-clicking a view does the same"),
+                          QKeySequence(QStringLiteral("Ctrl+%1").arg(key++)),
+                          [this, layout = layout] { views_->setLayoutShown(layout); });
     action->setObjectName(QStringLiteral("layout%1").arg(static_cast<int>(layout)));
     action->setData(static_cast<int>(layout));
     action->setCheckable(true);
@@ -354,19 +340,16 @@ void MainWindow::makeViewMenu() {
   connect(views_, &ViewGrid::layoutChanged, this, check);
   check();
   menu->addSeparator();
-  rendering_ = add(
-      menu, "volumeRendering", tr("3D &Volume Rendering"),
-      tr("Show the whole volume in the 3D view; smooth only on a good graphics card"),
-      [this] { views_->threeD()->setVolumeRendered(rendering_->isChecked()); }, ctrl("R"));
+  rendering_ = add(menu, "volumeRendering", tr("3D &Volume Rendering"),
+                   tr("Show the whole volume in the 3D view; smooth only on a good graphics card"), ctrl("R"),
+                   [this] { views_->threeD()->setVolumeRendered(rendering_->isChecked()); });
   rendering_->setCheckable(true);
-  QAction* planes =
-      add(menu, "planes", tr("P&lanes in 3D"), tr("Show the three slices in the 3D view"), [] {});
+  QAction* planes = add(menu, "planes", tr("P&lanes in 3D"), tr("Show the three slices in the 3D view"), {});
   planes->setCheckable(true);
   planes->setChecked(true);
   connect(planes, &QAction::toggled, views_->threeD(), &ThreeDView::setPlanesShown);
-  QAction* query =
-      add(menu, "queryPlane", tr("&Query Plane in 3D"),
-          tr("Show the plane of the panel Query in the 3D view while that panel is open"), [] {});
+  QAction* query = add(menu, "queryPlane", tr("&Query Plane in 3D"),
+                       tr("Show the plane of the panel Query in the 3D view while that panel is open"), {});
   query->setCheckable(true);
   query->setChecked(true);
   auto* panel = findChild<QDockWidget*>(QStringLiteral("queryDock"));
@@ -375,27 +358,22 @@ void MainWindow::makeViewMenu() {
   };
   connect(query, &QAction::toggled, this, [showQuery, panel] { showQuery(isInFront(panel)); });
   connect(panel, &QDockWidget::visibilityChanged, this, showQuery);
-  ellipsoids_ = add(
-      menu, "ellipsoids", tr("&Ellipsoids"),
-      tr("Show the Gaussians of the model selected or made last in the 3D view"),
-      [this] { host_->showEllipsoids(modelId_, ellipsoids_->isChecked()); }, ctrl("E"));
+  ellipsoids_ = add(menu, "ellipsoids", tr("&Ellipsoids"),
+                    tr("Show the Gaussians of the model selected or made last in the 3D view"), ctrl("E"),
+                    [this] { host_->showEllipsoids(modelId_, ellipsoids_->isChecked()); });
   ellipsoids_->setCheckable(true);
   menu->addSeparator();
-  needVolume_ << add(
-                     menu, "resetWindow", tr("Reset &Window and Level"),
-                     tr("Restore window and level as they were when the volume was opened"),
-                     [this] { state_->resetWindow(); }, ctrl("W"))
-              << add(
-                     menu, "fit", tr("&Fit to Views"), tr("Show the whole volume in every view"),
-                     [this] { views_->fit(); }, ctrl("0"))
-              << add(
-                     menu, "nextVolume", tr("&Next Volume"),
-                     tr("Show the next volume at the same place, to compare"), [this] { state_->step(1); },
-                     ctrl("PgDown"))
-              << add(
-                     menu, "previousVolume", tr("Previo&us Volume"),
-                     tr("Show the previous volume at the same place, to compare"),
-                     [this] { state_->step(-1); }, ctrl("PgUp"));
+  needVolume_ = {add(menu, "resetWindow", tr("Reset &Window and Level"),
+                     tr("Restore window and level as they were when the volume was opened"), ctrl("W"),
+                     [this] { state_->resetWindow(); }),
+                 add(menu, "fit", tr("&Fit to Views"), tr("Show the whole volume in every view"), ctrl("0"),
+                     [this] { views_->fit(); }),
+                 add(menu, "nextVolume", tr("&Next Volume"),
+                     tr("Show the next volume at the same place, to compare"), ctrl("PgDown"),
+                     [this] { state_->step(1); }),
+                 add(menu, "previousVolume", tr("Previo&us Volume"),
+                     tr("Show the previous volume at the same place, to compare"), ctrl("PgUp"),
+                     [this] { state_->step(-1); })};
   menu->addSeparator();
   QMenu* panels = menu->addMenu(tr("&Go to Panel"));
   const std::pair<const char*, int> docks[] = {{"dataDock", Qt::Key_F4},   {"reconstructDock", Qt::Key_F5},
@@ -404,10 +382,9 @@ void MainWindow::makeViewMenu() {
                                                {"motionDock", Qt::Key_F12}};
   for (const auto& [dock, panelKey] : docks) {
     const QString name = QString::fromLatin1(dock);
-    add(
-        panels, "", findChild<QDockWidget*>(name)->windowTitle(),
-        tr("Show this panel and move the keyboard focus to it"), [this, name] { goToPanel(name); },
-        QKeySequence(panelKey));
+    add(panels, "", findChild<QDockWidget*>(name)->windowTitle(),
+        tr("Show this panel and move the keyboard focus to it"), QKeySequence(panelKey),
+        [this, name] { goToPanel(name); });
   }
   menu->addMenu(panels_);
 }
@@ -416,13 +393,12 @@ void MainWindow::makeHelpMenu() {
   QMenu* menu = menuBar()->addMenu(tr("&Help"));
   menu->setObjectName(QStringLiteral("helpMenu"));
   const auto show = [this](const char* name, const QString& title, const QString& text) {
-    auto* box = new QMessageBox(QMessageBox::NoIcon, title, text, QMessageBox::Close, this);
-    box->setObjectName(QString::fromLatin1(name));
+    auto* box = ui::named(new QMessageBox(QMessageBox::NoIcon, title, text, QMessageBox::Close, this), name);
     box->setAttribute(Qt::WA_DeleteOnClose);
     box->setTextInteractionFlags(Qt::TextBrowserInteraction);
     box->open();
   };
-  add(menu, "citation", tr("How to &Cite"), tr("The paper behind the method"), [show] {
+  add(menu, "citation", tr("How to &Cite"), tr("The paper behind the method"), {}, [show] {
     show("citationBox", tr("How to cite"),
          tr("S. Liang, Y. Xiao, W. Tang: <i>InnerGS: Internal Scenes Rendering via Factorized 3D Gaussian "
             "Splatting.</i> arXiv:2508.13287, 2025.<br><br>This program is an independent implementation: "
@@ -430,7 +406,7 @@ void MainWindow::makeHelpMenu() {
             "it as InnerGS %1 beside the paper.")
              .arg(QStringLiteral(INNERGS_VERSION)));
   });
-  add(menu, "about", tr("&About InnerGS"), tr("Version and licence"), [show] {
+  add(menu, "about", tr("&About InnerGS"), tr("Version and licence"), {}, [show] {
     show(
         "aboutBox", tr("About InnerGS"),
         tr("<h3>InnerGS %1</h3><p>Medical image slices become a continuous volume of 3D Gaussians.</p>"

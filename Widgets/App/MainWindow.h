@@ -64,7 +64,7 @@ private:
   void makeHelpMenu();
   void restoreLayout();
   QAction* add(QMenu* menu, const char* name, const QString& text, const QString& tip,
-               const std::function<void()>& call, const QKeySequence& keys = {});
+               const QKeySequence& keys, const std::function<void()>& call = {});
   QDockWidget* addDock(QWidget* content, const char* name, const QString& title, bool scrolled);
   void updateActions();
   /// Sets the model that panels and menus act on.

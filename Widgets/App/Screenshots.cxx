@@ -42,6 +42,17 @@ bool waitFor(const std::function<bool()>& condition, int limit) {
   return condition();
 }
 
+bool waitUntilRead(MainWindow& window) {
+  return waitFor([&] { return !window.host()->background().isBusy(); }, 60000);
+}
+
+/// Starts the reconstruction, and sets `ended` at its end.
+void reconstruct(MainWindow& window, bool& ended) {
+  QObject::connect(window.host(), &innergs::ui::Host::failed, [&] { ended = true; });
+  QObject::connect(window.host(), &innergs::ui::Host::finished, [&] { ended = true; });
+  window.reconstruct(false);
+}
+
 void settle() {
   waitFor([] { return false; }, 1200); // estimates, previews and views appear a moment later
 }
@@ -74,8 +85,7 @@ void showObliquePlane(MainWindow& window) {
 bool showFound(MainWindow& window, const QString& query, const QStringList& files, const QString& picture) {
   auto* host = window.host();
   host->open(files);
-  if (!waitFor([&] { return !host->background().isBusy(); }, 60000) || host->document().models().empty())
-    return false;
+  if (!waitUntilRead(window) || host->document().models().empty()) return false;
   window.showPanel(QStringLiteral("findDock"));
   window.find()->setModelId(host->document().models().front()->id);
   bool shown = false;
@@ -123,7 +133,7 @@ bool showMoving(MainWindow& window, const QString& scan, const QString& folder) 
 bool showSlices(MainWindow& window, const QStringList& scansAndMasks, const QString& folder) {
   auto* host = window.host();
   host->open(scansAndMasks);
-  if (!waitFor([&] { return !host->background().isBusy(); }, 60000)) return false;
+  if (!waitUntilRead(window)) return false;
   innergs::ui::Request request = window.reconstruction()->request();
   request.inputs.clear();
   const auto& volumes = host->document().volumes();
@@ -138,9 +148,7 @@ bool showSlices(MainWindow& window, const QStringList& scansAndMasks, const QStr
   window.state()->setVolumeId(volumes.front()->id);
   bool good = save(&window, folder + QStringLiteral("app-scans.png"));
   bool ended = false;
-  QObject::connect(host, &innergs::ui::Host::failed, [&] { ended = true; });
-  QObject::connect(host, &innergs::ui::Host::finished, [&] { ended = true; });
-  window.reconstruct(false);
+  reconstruct(window, ended);
   if (!waitFor([&] { return ended; }, 1200000) || !host->sliceTable()) return false;
   shown(window, "slicesLine");
   window.findChild<QAbstractButton*>(QStringLiteral("showSlices"))->click();
@@ -164,27 +172,21 @@ int main(int argc, char** argv) {
   innergs::app::prepare();
   QApplication app(argc, argv);
   if (argc < 2) return 2;
-  const QString folder = QString::fromLocal8Bit(argv[1]) + QLatin1Char('/');
-  const bool scaled = argc > 2 && QString::fromLocal8Bit(argv[2]) == QLatin1String("scaled");
+  const QStringList arguments = QApplication::arguments().mid(1);
+  const QString folder = arguments.value(0) + QLatin1Char('/'), what = arguments.value(1);
+  const bool scaled = what == QLatin1String("scaled");
   MainWindow window;
   window.resize(1440, 900);
   window.show();
   auto* host = window.host();
   QObject::connect(host, &innergs::app::AppHost::failed,
                    [](const QString& sentence) { QTextStream(stderr) << sentence << "\n"; });
-  if (argc > 5 && QString::fromLocal8Bit(argv[2]) == QLatin1String("find"))
-    return showFound(window, QString::fromLocal8Bit(argv[3]),
-                     {QString::fromLocal8Bit(argv[4]), QString::fromLocal8Bit(argv[5])},
-                     folder + QStringLiteral("app-find.png"))
-               ? 0
-               : 1;
-  if (argc > 3 && QString::fromLocal8Bit(argv[2]) == QLatin1String("moving"))
-    return showMoving(window, QString::fromLocal8Bit(argv[3]), folder) ? 0 : 1;
-  if (argc > 4 && QString::fromLocal8Bit(argv[2]) == QLatin1String("slices"))
-    return showSlices(window, QApplication::arguments().mid(3), folder) ? 0 : 1;
+  if (argc > 5 && what == QLatin1String("find"))
+    return !showFound(window, arguments[2], arguments.mid(3, 2), folder + QStringLiteral("app-find.png"));
+  if (argc > 3 && what == QLatin1String("moving")) return !showMoving(window, arguments[2], folder);
+  if (argc > 4 && what == QLatin1String("slices")) return !showSlices(window, arguments.mid(2), folder);
   window.files()->openSample();
-  if (!waitFor([&] { return !host->background().isBusy(); }, 60000) || host->document().volumes().empty())
-    return 1;
+  if (!waitUntilRead(window) || host->document().volumes().empty()) return 1;
   innergs::ui::Request request = window.reconstruction()->request();
   request.settings.preset = innergs::Preset::Fast;
   request.evaluateQuality = !scaled;
@@ -192,9 +194,7 @@ int main(int argc, char** argv) {
   window.reconstruction()->setRequest(request);
   bool good = scaled || save(&window, folder + QStringLiteral("app-start.png"));
   bool ended = false;
-  QObject::connect(host, &innergs::ui::Host::failed, [&] { ended = true; });
-  QObject::connect(host, &innergs::ui::Host::finished, [&] { ended = true; });
-  window.reconstruct(false);
+  reconstruct(window, ended);
   if (!scaled) {
     waitFor([&] { return ended; }, 6000);
     good = save(&window, folder + QStringLiteral("app-running.png")) && good;

@@ -1,5 +1,7 @@
 #include "Widgets/App/SlicePane.h"
 
+#include "Widgets/PanelTools.h"
+
 #include <QDoubleSpinBox>
 #include <QHBoxLayout>
 #include <QLabel>
@@ -17,10 +19,8 @@ SlicePane::SlicePane(ViewState* state, int axis, QWidget* parent)
       slider_(new QSlider(Qt::Horizontal, this)), position_(new QDoubleSpinBox(this)) {
   auto* name = new QLabel(SliceView::nameOf(axis), this);
   name->setBuddy(slider_);
-  slider_->setObjectName(QStringLiteral("slider"));
+  ui::named(slider_, "slider", tr("Scroll through the slices; the number next to it is the position in mm"));
   slider_->setAccessibleName(tr("%1 slice").arg(name->text()));
-  slider_->setToolTip(tr("Scroll through the slices; the number next to it is the position in mm"));
-  position_->setObjectName(QStringLiteral("position"));
   position_->setAccessibleName(tr("%1 position").arg(name->text()));
   position_->setDecimals(1);
   position_->setPrefix(QLatin1Char("RAS"[axis]) + QStringLiteral(" "));
@@ -28,7 +28,7 @@ SlicePane::SlicePane(ViewState* state, int axis, QWidget* parent)
   static const char* const ends[] = {QT_TR_NOOP("Position in RAS mm, positive to the patient's right"),
                                      QT_TR_NOOP("Position in RAS mm, positive to the patient's front"),
                                      QT_TR_NOOP("Position in RAS mm, positive to the patient's head")};
-  position_->setToolTip(tr(ends[axis]));
+  ui::named(position_, "position", tr(ends[axis]));
   position_->setKeyboardTracking(false);
   auto* top = new QHBoxLayout;
   const int gap = fontMetrics().averageCharWidth() / 2;

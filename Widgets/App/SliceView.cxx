@@ -144,8 +144,7 @@ QString SliceView::nameOf(int axis) {
 
 std::array<QChar, 4> SliceView::letters() const {
   const Vec3 right = kRight[axis_], up = kUp[axis_];
-  const auto opposite = [](const Vec3& x) { return Vec3{-x[0], -x[1], -x[2]}; };
-  return {letterOf(opposite(right)), letterOf(right), letterOf(up), letterOf(opposite(up))};
+  return {letterOf(-1 * right), letterOf(right), letterOf(up), letterOf(-1 * up)};
 }
 
 double SliceView::position() const {
@@ -158,10 +157,8 @@ double SliceView::position() const {
 void SliceView::showVolume() {
   Scene& s = *scene_;
   const auto item = state_->volume();
-  for (vtkProp* prop : {static_cast<vtkProp*>(s.slice), static_cast<vtkProp*>(s.cross[0]),
-                        static_cast<vtkProp*>(s.cross[1]), static_cast<vtkProp*>(s.place),
-                        static_cast<vtkProp*>(s.letters[0]), static_cast<vtkProp*>(s.letters[1]),
-                        static_cast<vtkProp*>(s.letters[2]), static_cast<vtkProp*>(s.letters[3])})
+  for (vtkProp* prop : std::initializer_list<vtkProp*>{s.slice, s.cross[0], s.cross[1], s.place, s.letters[0],
+                                                       s.letters[1], s.letters[2], s.letters[3]})
     prop->SetVisibility(item != nullptr);
   s.overlay->SetVisibility(item && state_->overlay());
   if (!item) {
@@ -227,32 +224,27 @@ void SliceView::fit() {
 
 void SliceView::showPlane() {
   Scene& s = *scene_;
-  const Vec3 cross = state_->crosshair();
+  const Vec3 place = state_->crosshair();
   vtkCamera* camera = s.renderer->GetActiveCamera();
   Vec3 focus;
   camera->GetFocalPoint(focus.data());
-  focus[axis_] = cross[axis_];
-  // Towards the eye: right × up.
-  const Vec3 &r = kRight[axis_], &u = kUp[axis_];
-  const Vec3 normal{r[1] * u[2] - r[2] * u[1], r[2] * u[0] - r[0] * u[2], r[0] * u[1] - r[1] * u[0]};
+  focus[axis_] = place[axis_];
+  const Vec3 &right = kRight[axis_], &up = kUp[axis_];
   constexpr double distance = 1000; // mm
   camera->SetFocalPoint(focus.data());
-  camera->SetPosition(focus[0] + distance * normal[0], focus[1] + distance * normal[1],
-                      focus[2] + distance * normal[2]);
-  camera->SetViewUp(u.data());
+  camera->SetPosition((focus + distance * cross(right, up)).data()); // on the side of the eye
+  camera->SetViewUp(up.data());
   camera->SetClippingRange(distance - 500, distance + 500);
   constexpr double reach = 5000;
   for (int n = 0; n < 2; ++n) {
-    const Vec3& along = n == 0 ? u : r;
-    s.lines[n]->SetPoint1(cross[0] - reach * along[0], cross[1] - reach * along[1],
-                          cross[2] - reach * along[2]);
-    s.lines[n]->SetPoint2(cross[0] + reach * along[0], cross[1] + reach * along[1],
-                          cross[2] + reach * along[2]);
+    const Vec3 along = reach * (n == 0 ? up : right);
+    s.lines[n]->SetPoint1((place - along).data());
+    s.lines[n]->SetPoint2((place + along).data());
   }
   static const char* const ends[] = {"RL", "AP", "SI"};
   s.place->SetInput(QStringLiteral("%1 %2 mm")
-                        .arg(QLatin1Char(ends[axis_][cross[axis_] < 0]))
-                        .arg(std::abs(cross[axis_]), 0, 'f', 1)
+                        .arg(QLatin1Char(ends[axis_][place[axis_] < 0]))
+                        .arg(std::abs(place[axis_]), 0, 'f', 1)
                         .toUtf8()
                         .constData());
   render();
@@ -313,10 +305,9 @@ Vec3 SliceView::toRAS(const QPointF& at) const {
 }
 
 QPointF SliceView::fromRAS(const Vec3& ras) const {
-  Vec3 from;
-  scene_->renderer->GetActiveCamera()->GetFocalPoint(from.data());
-  for (int a = 0; a < 3; ++a)
-    from[a] = ras[a] - from[a];
+  Vec3 focus;
+  scene_->renderer->GetActiveCamera()->GetFocalPoint(focus.data());
+  const Vec3 from = ras - focus;
   const double scale = millimetresPerPixel();
   return {0.5 * width() + dot(from, kRight[axis_]) / scale, 0.5 * height() - dot(from, kUp[axis_]) / scale};
 }

@@ -100,19 +100,14 @@ void ViewState::resetWindow() {
 }
 
 std::array<double, 6> ViewState::bounds() const {
-  std::array<double, 6> box{0, 0, 0, 0, 0, 0};
   const auto item = volume();
-  if (!item) return box;
-  const GridGeometry& geometry = item->volume->geometry;
-  const Affine3 map = geometry.indexToWorld();
-  for (int corner = 0; corner < 8; ++corner) {
-    Vec3 index;
-    for (int a = 0; a < 3; ++a)
-      index[a] = corner >> a & 1 ? static_cast<double>(geometry.size[a]) - 0.5 : -0.5;
-    const Vec3 ras = vtk::flipped(map(index));
+  if (!item) return {};
+  std::array<double, 6> box{INFINITY, -INFINITY, INFINITY, -INFINITY, INFINITY, -INFINITY};
+  for (const Vec3& corner : item->volume->geometry.corners()) {
+    const Vec3 ras = vtk::flipped(corner);
     for (int a = 0; a < 3; ++a) {
-      box[2 * a] = corner == 0 ? ras[a] : std::min(box[2 * a], ras[a]);
-      box[2 * a + 1] = corner == 0 ? ras[a] : std::max(box[2 * a + 1], ras[a]);
+      box[2 * a] = std::min(box[2 * a], ras[a]);
+      box[2 * a + 1] = std::max(box[2 * a + 1], ras[a]);
     }
   }
   return box;

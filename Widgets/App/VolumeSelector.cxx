@@ -1,5 +1,7 @@
 #include "Widgets/App/VolumeSelector.h"
 
+#include "Widgets/PanelTools.h"
+
 #include <QComboBox>
 #include <QHBoxLayout>
 #include <QSignalBlocker>
@@ -14,8 +16,7 @@ VolumeSelector::VolumeSelector(Document* document, Role role, QWidget* parent)
   box_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   box_->setMinimumContentsLength(8);
   box_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
-  auto* layout = new QHBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = ui::layoutWithoutMargins<QHBoxLayout>(this);
   layout->addWidget(box_);
   setFocusProxy(box_);
   const bool models = role == Role::Model || role == Role::OutputModel;

@@ -4,6 +4,7 @@
 #include "Core/Alignment/SamplePlaces.h"
 #include "Core/Base/Cholesky.h"
 #include "Core/Base/NumberText.h"
+#include "Core/Image/Bounds.h"
 
 #include <algorithm>
 #include <array>
@@ -69,7 +70,7 @@ Common look(std::span<const Stack> stacks, std::span<const std::size_t> part, Th
   // Where scans can be compared; a polynomial would go anywhere beyond that.
   std::vector<Vec3> common;
   const Affine3 toIndex = inverse(box.indexToWorld());
-  Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  Bounds bounds; // voxels of the box
   for (std::size_t p = 0; p < places.size(); ++p) {
     const auto first = logs.begin() + static_cast<std::ptrdiff_t>(p * n);
     if (std::count_if(first, first + static_cast<std::ptrdiff_t>(n),
@@ -77,15 +78,11 @@ Common look(std::span<const Stack> stacks, std::span<const std::size_t> part, Th
       continue;
     c.logs.insert(c.logs.end(), first, first + static_cast<std::ptrdiff_t>(n));
     common.push_back(places[p]);
-    const Vec3 index = toIndex(places[p]);
-    for (int a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], index[a]);
-      high[a] = std::max(high[a], index[a]);
-    }
+    bounds.include(toIndex(places[p]));
   }
   c.points = common.size();
   if (static_cast<std::int64_t>(c.points) < kFewest) return c;
-  c.frame = biasFieldOver(box, low, high, kDegree);
+  c.frame = biasFieldOver(box, bounds.low, bounds.high, kDegree);
   c.terms.resize(c.points * kTerms);
   for (std::size_t p = 0; p < c.points; ++p)
     legendreProducts(c.frame.unit(common[p]), kDegree, {&c.terms[p * kTerms], kTerms});

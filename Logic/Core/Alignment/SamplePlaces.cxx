@@ -1,5 +1,6 @@
 #include "Core/Alignment/SamplePlaces.h"
 
+#include "Core/Image/Bounds.h"
 #include "Core/Image/Otsu.h"
 
 #include <algorithm>
@@ -31,25 +32,16 @@ GridGeometry boxOf(const GridGeometry& g, const Seen& seen) {
 GridGeometry latticeAround(std::span<const GridGeometry> boxes, double spacing, double margin) {
   GridGeometry grid;
   grid.direction = boxes.front().direction;
-  Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  for (const GridGeometry& g : boxes) {
-    for (int corner = 0; corner < 8; ++corner) {
-      Vec3 index;
-      for (int a = 0; a < 3; ++a)
-        index[a] = (corner >> a & 1) ? static_cast<double>(g.size[a]) - 0.5 : -0.5;
-      const Vec3 x = transpose(grid.direction) * g.indexToWorld()(index);
-      for (int a = 0; a < 3; ++a) {
-        low[a] = std::min(low[a], x[a]);
-        high[a] = std::max(high[a], x[a]);
-      }
-    }
-  }
+  Bounds bounds; // along its axes
+  for (const GridGeometry& g : boxes)
+    for (const Vec3& corner : g.corners())
+      bounds.include(transpose(grid.direction) * corner);
   for (int a = 0; a < 3; ++a) {
-    const double extent = high[a] - low[a] + 2 * margin;
+    const double extent = bounds.high[a] - bounds.low[a] + 2 * margin;
     grid.size[a] = static_cast<std::int64_t>(std::ceil(extent / spacing)) + 1;
     grid.spacing[a] = spacing;
   }
-  grid.origin = grid.direction * (low - Vec3{margin, margin, margin});
+  grid.origin = grid.direction * (bounds.low - Vec3{margin, margin, margin});
   return grid;
 }
 

@@ -8,6 +8,11 @@ namespace innergs {
 /// Learning rates by parameter group; mean in mm, slope per mm, the others in their stored units.
 struct LearningRates {
   double mean = 0, logScale = 0, quaternion = 0, logWeight = 0, intensity = 0, slope = 0;
+
+  LearningRates operator*(double share) const {
+    return {mean * share,      logScale * share,  quaternion * share,
+            logWeight * share, intensity * share, slope * share};
+  }
 };
 
 /// Bounds that are enforced after every step.

@@ -1,18 +1,17 @@
 #include "Core/Fit/Proxy.h"
 
+#include "Core/Image/Bounds.h"
 #include "Core/Image/Region.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace innergs {
 namespace {
 
 /// Bounding box of the stacks' samples in model coordinates.
-void boundingBox(std::span<const Stack> stacks, const Affine3& worldToModel, Vec3& low, Vec3& high) {
-  low.fill(std::numeric_limits<double>::max());
-  high.fill(std::numeric_limits<double>::lowest());
+Bounds boundsOf(std::span<const Stack> stacks, const Affine3& worldToModel) {
+  Bounds bounds;
   for (const Stack& stack : stacks) {
     const GridGeometry& g = stack.image.geometry;
     const Affine3 map = g.indexToWorld();
@@ -21,15 +20,11 @@ void boundingBox(std::span<const Stack> stacks, const Affine3& worldToModel, Vec
       const Affine3 pose = stack.poses.empty() ? Affine3{} : stack.poses[k];
       for (double i : {-0.5, g.size[0] - 0.5})
         for (double j : {-0.5, g.size[1] - 0.5})
-          for (double side : {-0.5, 0.5}) {
-            const Vec3 p = worldToModel(pose(map({i, j, static_cast<double>(k) + side})));
-            for (int a = 0; a < 3; ++a) {
-              low[a] = std::min(low[a], p[a]);
-              high[a] = std::max(high[a], p[a]);
-            }
-          }
+          for (double side : {-0.5, 0.5})
+            bounds.include(worldToModel(pose(map({i, j, static_cast<double>(k) + side}))));
     }
   }
+  return bounds;
 }
 
 /// How a stack covers a point.
@@ -136,14 +131,13 @@ Seen samplePosed(const Stack& stack, Voxels voxels, const Reach& reach, std::spa
 
 ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld, const IntensityMap& map,
                       double spacing, ThreadPool& pool, Voxels voxels) {
-  Vec3 low, high;
-  boundingBox(stacks, inverse(modelToWorld), low, high);
+  const Bounds bounds = boundsOf(stacks, inverse(modelToWorld));
   ProxyVolume proxy;
   for (int a = 0; a < 3; ++a) {
-    const double extent = high[a] - low[a];
+    const double extent = bounds.high[a] - bounds.low[a];
     proxy.geometry.size[a] = std::max<std::int64_t>(1, std::llround(extent / spacing));
     proxy.geometry.spacing[a] = extent / static_cast<double>(proxy.geometry.size[a]);
-    proxy.geometry.origin[a] = low[a] + 0.5 * proxy.geometry.spacing[a];
+    proxy.geometry.origin[a] = bounds.low[a] + 0.5 * proxy.geometry.spacing[a];
   }
   const auto& size = proxy.geometry.size;
   proxy.voxels.assign(proxy.geometry.voxelCount(), 0.f);

@@ -187,12 +187,8 @@ IterationOptions Trainer::options(int iteration) const {
   IterationOptions options;
   options.coarse = iteration < plan_.coarseIterations;
   options.accumulateGradients = densifying(iteration);
-  options.rates = plan_.rates;
+  options.rates = plan_.rates * rateShare(iteration);
   options.step = iteration + 1;
-  const double rate = rateShare(iteration);
-  for (double* r : {&options.rates.mean, &options.rates.logScale, &options.rates.quaternion,
-                    &options.rates.logWeight, &options.rates.intensity, &options.rates.slope})
-    *r *= rate;
   if (!options.coarse && plan_.relocateEvery > 0 && options.step % plan_.relocateEvery == 0 &&
       options.step <= plan_.relocateUntil * plan_.iterations)
     options.relocate = {plan_.relocateShare, plan_.bounds.minLogScale};

@@ -16,6 +16,18 @@ Vec3 GridGeometry::extent() const {
   return {size[0] * spacing[0], size[1] * spacing[1], size[2] * spacing[2]};
 }
 
+std::array<Vec3, 8> GridGeometry::corners() const {
+  const Affine3 map = indexToWorld();
+  std::array<Vec3, 8> corners;
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 index;
+    for (int a = 0; a < 3; ++a)
+      index[a] = (corner >> a & 1) ? static_cast<double>(size[a]) - 0.5 : -0.5;
+    corners[corner] = map(index);
+  }
+  return corners;
+}
+
 void checkGeometry(const GridGeometry& geometry, const std::string& what) {
   const auto fail = [&](const std::string& sentence) { throw Error(ErrorCode::Geometry, what + sentence); };
   std::int64_t count = 1;

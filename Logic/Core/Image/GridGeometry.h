@@ -17,8 +17,9 @@ struct GridGeometry {
 
   std::int64_t voxelCount() const { return size[0] * size[1] * size[2]; }
   Affine3 indexToWorld() const { return {direction * diagonal(spacing), origin}; }
-  Vec3 centre() const; // mm
-  Vec3 extent() const; // size × spacing, mm
+  Vec3 centre() const;                 // mm
+  Vec3 extent() const;                 // size × spacing, mm
+  std::array<Vec3, 8> corners() const; // of its box, voxel edge to voxel edge, mm
   bool operator==(const GridGeometry&) const = default;
 };
 

@@ -3,7 +3,6 @@
 #include "Core/Base/Error.h"
 #include "Core/Image/Ssim.h"
 
-#include <algorithm>
 #include <limits>
 
 namespace innergs {

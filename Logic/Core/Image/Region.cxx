@@ -1,6 +1,7 @@
 #include "Core/Image/Region.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Image/Bounds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,11 +33,7 @@ Corners cornersOf(const Region& region, double margin) {
 }
 
 Corners cornersOf(const GridGeometry& box, double margin) {
-  const Affine3 map = grown(box, margin).indexToWorld();
-  Corners corners;
-  for (int corner = 0; corner < 8; ++corner)
-    corners[corner] = map({corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5});
-  return corners;
+  return grown(box, margin).corners();
 }
 
 // The voxels whose cells touch the box, on a lattice given by indexToWorld.
@@ -45,19 +42,15 @@ IndexBox covering(const Affine3& indexToWorld, const std::array<std::int64_t, 3>
   constexpr double rounding = 1e-6; // voxels: a box face on a voxel face must not include a neighbour by
                                     // rounding
   const Affine3 worldToIndex = inverse(indexToWorld);
-  Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
-  for (const Vec3& corner : corners) {
-    const Vec3 index = worldToIndex(corner);
-    for (int a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], index[a]);
-      high[a] = std::max(high[a], index[a]);
-    }
-  }
+  Bounds bounds; // voxels
+  for (const Vec3& corner : corners)
+    bounds.include(worldToIndex(corner));
   IndexBox box;
   for (int a = 0; a < 3; ++a) {
     const double n = static_cast<double>(size[a]);
-    box.first[a] = static_cast<std::int64_t>(std::clamp(std::floor(low[a] + 0.5 + rounding), 0.0, n));
-    box.last[a] = static_cast<std::int64_t>(std::clamp(std::ceil(high[a] - 0.5 - rounding), -1.0, n - 1));
+    box.first[a] = static_cast<std::int64_t>(std::clamp(std::floor(bounds.low[a] + 0.5 + rounding), 0.0, n));
+    box.last[a] =
+        static_cast<std::int64_t>(std::clamp(std::ceil(bounds.high[a] - 0.5 - rounding), -1.0, n - 1));
   }
   return box;
 }

@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 
+#include <array>
 #include <cmath>
 
 namespace innergs {
@@ -28,15 +29,8 @@ bool usable(const Gaussian& g) {
 } // namespace
 
 const char* blendingName(Blending blending) {
-  switch (blending) {
-  case Blending::Normalised:
-    return "normalised";
-  case Blending::Additive:
-    return "additive";
-  case Blending::Alpha:
-    return "alpha";
-  }
-  return "";
+  constexpr std::array names{"normalised", "additive", "alpha"};
+  return names.at(static_cast<std::size_t>(blending));
 }
 
 std::optional<Blending> blendingNamed(const std::string& name) {
@@ -53,8 +47,7 @@ void checkField(const GaussianField& field) {
   if (!(field.epsilon >= 1e-12 && field.epsilon < 1)) fail("its ε is out of range.");
   if (!(field.cutoff > 0.5 && field.cutoff < 10)) fail("its cut-off radius is out of range.");
   if (!isRotation(field.modelToWorld.linear)) fail("its frame is not a rotation.");
-  for (double x : field.modelToWorld.offset)
-    if (!std::isfinite(x)) fail("its frame is not finite.");
+  if (!isFinite(field.modelToWorld.offset)) fail("its frame is not finite.");
   if (!std::isfinite(field.intensityScale) || field.intensityScale == 0 ||
       !std::isfinite(field.intensityOffset))
     fail("its intensity map is not finite.");

@@ -92,10 +92,8 @@ void DeformationFit::refine(const Report& report) {
     optimizer_.blocks.front().apply(
         network.parameters.data(), [&](std::int64_t i) { return back[i]; },
         [&](std::int64_t i) { return static_cast<std::size_t>(i) < planes ? planeRate : weightRate; }, pool_);
-    LearningRates rates = fit.rates;
-    for (double* r : {&rates.mean, &rates.logScale, &rates.quaternion, &rates.logWeight, &rates.intensity})
-      *r *= rate * plan_.canonicalRate;
-    optimizer_.canonical.apply(field_.canonical, gradient, rates, fit.bounds, s + 1, pool_);
+    optimizer_.canonical.apply(field_.canonical, gradient, fit.rates * (rate * plan_.canonicalRate),
+                               fit.bounds, s + 1, pool_);
     optimizer_.add(error);
     if (s % 10 == 9) report(static_cast<double>(s + 1) / plan_.steps, optimizer_.mse);
   }

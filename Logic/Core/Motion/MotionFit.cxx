@@ -212,10 +212,8 @@ void MotionFit::refine(const Report& report) {
             [&](std::int64_t) { return ownShift; }, pool_);
       }
     }
-    LearningRates rates = fit.rates;
-    for (double* r : {&rates.mean, &rates.logScale, &rates.quaternion, &rates.logWeight, &rates.intensity})
-      *r *= rate * plan_.canonicalRate;
-    optimizer_.canonical.apply(field_.canonical, gradient, rates, fit.bounds, s + 1, pool_);
+    optimizer_.canonical.apply(field_.canonical, gradient, fit.rates * (rate * plan_.canonicalRate),
+                               fit.bounds, s + 1, pool_);
     optimizer_.add(error);
     if (s % 10 == 9) report(static_cast<double>(s + 1) / plan_.jointSteps, optimizer_.mse);
   }

@@ -1,6 +1,7 @@
 #include "Core/Render/Disagreement.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Image/Bounds.h"
 #include "Core/Render/Contribution.h"
 #include "Core/Render/Projected.h"
 
@@ -73,22 +74,19 @@ std::vector<float> disagreement(const GaussianField& field, int threads, std::st
   pool.setStop(std::move(stop));
 
   // Cells of about twice the mean reach, which keeps both entries per Gaussian and Gaussians per cell few.
-  Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  Bounds bounds;
   double reach = 0;
   for (const Gaussian& g : field.gaussians) {
     reach += field.cutoff * std::exp((g.logScale[0] + g.logScale[1] + g.logScale[2]) / 3.0);
-    for (int a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], static_cast<double>(g.mean[a]));
-      high[a] = std::max(high[a], static_cast<double>(g.mean[a]));
-    }
+    bounds.include({g.mean[0], g.mean[1], g.mean[2]});
   }
-  const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-3});
+  const double extent = std::max(bounds.longestSide(), 1e-3);
   const double cell = std::max(2 * reach / static_cast<double>(result.size()), extent / 256);
   Lattice lattice;
-  lattice.indexToModel = {diagonal({cell, cell, cell}), low};
+  lattice.indexToModel = {diagonal({cell, cell, cell}), bounds.low};
   std::array<std::int64_t, 3> size;
   for (int a = 0; a < 3; ++a)
-    size[a] = static_cast<std::int64_t>((high[a] - low[a]) / cell) + 1;
+    size[a] = static_cast<std::int64_t>((bounds.high[a] - bounds.low[a]) / cell) + 1;
   std::vector<Projected> projected;
   project(field, {}, lattice, {}, pool, projected);
   pool.throwIfStopped();

@@ -1,6 +1,7 @@
 #include "Core/Render/RenderPoints.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Image/Bounds.h"
 #include "Core/Model/FieldValue.h"
 #include "Core/Render/Contribution.h"
 #include "Core/Render/FieldDevice.h"
@@ -8,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace innergs {
 namespace {
@@ -111,18 +111,12 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
   ThreadPool pool(options.threads);
   pool.setStop(options.stop);
   const Affine3 worldToModel = inverse(field.modelToWorld);
-  Vec3 low, high;
-  low.fill(std::numeric_limits<double>::max());
-  high.fill(std::numeric_limits<double>::lowest());
+  Bounds bounds;
   std::vector<Vec3> local(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     local[i] = worldToModel(points[i]);
-    for (int a = 0; a < 3; ++a) {
-      if (!std::isfinite(local[i][a]))
-        throw Error(ErrorCode::InvalidArgument, "A query point is not finite.");
-      low[a] = std::min(low[a], local[i][a]);
-      high[a] = std::max(high[a], local[i][a]);
-    }
+    if (!isFinite(local[i])) throw Error(ErrorCode::InvalidArgument, "A query point is not finite.");
+    bounds.include(local[i]);
   }
   const FieldValue value(field, {}, {options.values.empty(), options.scannerUnits, options.bounded});
   if (renderedOnDevice(options, local, result.data())) {
@@ -132,15 +126,15 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
     });
     return result;
   }
-  const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-3});
+  const double extent = std::max(bounds.longestSide(), 1e-3);
   // About eight cells per point, so that few points do not pay for the lists of a fine grid.
   const double cell = extent / std::clamp(2 * std::cbrt(static_cast<double>(points.size())), 1.0, 64.0);
   Lattice lattice;
   lattice.indexToModel.linear = diagonal({cell, cell, cell});
-  lattice.indexToModel.offset = low;
+  lattice.indexToModel.offset = bounds.low;
   std::int64_t cells[3];
   for (int a = 0; a < 3; ++a)
-    cells[a] = static_cast<std::int64_t>((high[a] - low[a]) / cell) + 1;
+    cells[a] = static_cast<std::int64_t>((bounds.high[a] - bounds.low[a]) / cell) + 1;
   std::vector<Projected> projected;
   project(field, options.values, lattice, {}, pool, projected);
   const CellLists lists(projected, cells);
@@ -156,7 +150,7 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
       double x[3];
       std::int64_t at[3];
       for (int a = 0; a < 3; ++a) {
-        x[a] = (local[i][a] - low[a]) / cell;
+        x[a] = (local[i][a] - bounds.low[a]) / cell;
         at[a] = std::min(static_cast<std::int64_t>(x[a]), cells[a] - 1);
       }
       const std::int64_t own = at[0] + cells[0] * (at[1] + cells[1] * at[2]);

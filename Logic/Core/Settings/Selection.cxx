@@ -1,17 +1,11 @@
 #include "Core/Settings/Selection.h"
 
+#include "Core/Settings/SettingsTable.h"
+
 namespace innergs {
 
 const char* selectionName(Selection selection) {
-  switch (selection) {
-  case Selection::Exact:
-    return "exact";
-  case Selection::Method1:
-    return "method1";
-  case Selection::Method2:
-    return "method2";
-  }
-  return "";
+  return settingNamed("selection").words[static_cast<std::size_t>(selection)].name;
 }
 
 } // namespace innergs
