@@ -5,6 +5,7 @@
 #include "Core/Device/Devices.h"
 #include "Core/Image/Region.h"
 #include "Core/Job/JobInput.h"
+#include "Core/Job/RequestErrors.h"
 #include "Core/Job/TimeEstimate.h"
 #include "Core/Settings/SettingsTable.h"
 #include "DynamicWork.h"
@@ -128,7 +129,7 @@ std::vector<vtkMRMLVolumeNode*> inputsOf(Parameters* parameters) {
              "The input " + quoted(input) + " is a label map: choose the scan that it belongs to.");
     inputs.push_back(input);
   }
-  if (inputs.empty()) refuse(ErrorCode::InvalidArgument, "There is no input volume: choose at least one.");
+  if (inputs.empty()) throw noInputError();
   return inputs;
 }
 
@@ -157,10 +158,7 @@ std::vector<vtkMRMLTransformableNode*> masksOf(Parameters* parameters) {
     return common ? std::vector{common} : std::vector<vtkMRMLTransformableNode*>{};
   for (std::size_t n = 0; n < own.size(); ++n) {
     if (!own[n]) own[n] = common;
-    if (!own[n])
-      refuse(ErrorCode::InvalidArgument,
-             quoted(inputs[n]) +
-                 " has no mask, but other scans have one: choose one for it, or one for all.");
+    if (!own[n]) throw noMaskError(nameOf(inputs[n]));
   }
   return own;
 }
@@ -234,9 +232,7 @@ void setGrid(vtkInnerGSReconstruct* filter, Parameters* parameters,
   case Parameters::ReferenceGrid: {
     auto* reference = referenced<vtkMRMLVolumeNode>(parameters, Parameters::GetReferenceVolumeReferenceRole(),
                                                     0, "The reference", "a volume");
-    if (!reference)
-      refuse(ErrorCode::InvalidArgument,
-             "There is no reference volume to take the output grid from: choose one.");
+    if (!reference) throw noReferenceError();
     setReference(filter, gridOf(reference));
     return;
   }
@@ -281,15 +277,11 @@ void checkOutputs(Parameters* parameters, const std::vector<vtkMRMLVolumeNode*>&
   for (vtkMRMLNode* output : {task.volume.Get(), task.uncertainty.Get()}) {
     if (!output) continue;
     if (std::find(inputs.begin(), inputs.end(), output) != inputs.end())
-      refuse(ErrorCode::InvalidArgument,
-             "The output " + quoted(output) +
-                 " is an input as well: choose another, inputs are never changed.");
+      throw outputIsInputError(nameOf(output));
     const auto masks = masksOf(parameters);
     if (std::find(masks.begin(), masks.end(), output) != masks.end() ||
         output == parameters->GetReferenceVolumeNode())
-      refuse(ErrorCode::InvalidArgument, "The output " + quoted(output) +
-                                             " is the mask or the reference as well: choose another, these "
-                                             "are never changed.");
+      throw outputIsMaskError(nameOf(output));
     if (vtkMRMLLabelMapVolumeNode::SafeDownCast(output))
       refuse(ErrorCode::InvalidArgument,
              "The output " + quoted(output) + " is a label map: choose a scalar volume.");
@@ -315,7 +307,7 @@ void configure(vtkInnerGSReconstruct* filter, Parameters* parameters, const Thic
     ijkToWorld(input, matrix);
     filter->AddInputData(sharing(input->GetImageData()));
     filter->SetInputIJKToRASMatrix(index, matrix);
-    filter->SetInputName(index, input->GetName() ? input->GetName() : "");
+    filter->SetInputName(index, nameOf(input));
     filter->SetInputSliceProfile(index, parameters->GetInputSliceProfile(input));
     const int automatic = sliceAxis(matrix), chosen = parameters->GetInputSliceAxis(input);
     const int axis = chosen == Parameters::Automatic ? automatic : chosen;
@@ -399,10 +391,10 @@ std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene, const
   takeMasks(task->filter, parameters, inputs);
   if (copy && !task->filter->TakeSnapshot()) task->filter->RethrowError();
   for (vtkMRMLVolumeNode* input : inputs)
-    task->inputNames.emplace_back(input->GetName() ? input->GetName() : "");
+    task->inputNames.emplace_back(nameOf(input));
   std::vector<std::string> masks;
   for (vtkMRMLNode* mask : masksOf(parameters))
-    masks.emplace_back(mask->GetName() ? mask->GetName() : "");
+    masks.emplace_back(nameOf(mask));
   task->maskName = joined(masks);
   task->recovered.inputs = joined(task->inputNames);
   task->recovered.mask = task->maskName;

@@ -5,6 +5,7 @@
 #include "Core/Device/Devices.h"
 #include "Core/Job/JobOutline.h"
 #include "Core/Job/MemoryEstimate.h"
+#include "Core/Job/RequestErrors.h"
 #include "Core/Settings/SettingsTable.h"
 #include "Geometry.h"
 #include "IO/AtomicFile.h"
@@ -306,7 +307,7 @@ ReconstructionTask AppHost::taskFor(const ui::Request& request) const {
   };
   for (const ui::InputChoice& choice : request.inputs)
     task.inputs.push_back(find(choice.id, tr("An input")));
-  if (task.inputs.empty()) refuse(tr("There is no input volume: open a scan and choose it."));
+  if (task.inputs.empty()) throw noInputError();
   task.recoveryFolder = recoveryFolder();
   task.window = {task.inputs.front().window->lower, task.inputs.front().window->upper};
   const auto hasMask = [](const ui::InputChoice& choice) { return !choice.maskId.isEmpty(); };
@@ -314,31 +315,24 @@ ReconstructionTask AppHost::taskFor(const ui::Request& request) const {
     for (const ui::InputChoice& choice : request.inputs) {
       const QString name = document_.nameOf(choice.id);
       const QString id = hasMask(choice) ? choice.maskId : request.maskId;
-      if (id.isEmpty())
-        refuse(
-            tr("'%1' has no mask, but other scans have one: choose one for it, or one for all.").arg(name));
+      if (id.isEmpty()) throw noMaskError(name.toStdString());
       task.masks.push_back(find(id, tr("The mask of '%1'").arg(name)));
     }
   else if (!request.maskId.isEmpty())
     task.masks.push_back(find(request.maskId, tr("The mask")));
   if (request.grid == ui::OutputGrid::Reference) {
-    if (request.referenceId.isEmpty())
-      refuse(tr("There is no reference volume to take the output grid from: choose one."));
+    if (request.referenceId.isEmpty()) throw noReferenceError();
     task.reference = find(request.referenceId, tr("The reference volume"));
   }
   if (request.evaluateQuality) checkKeepEvery(request.qualityGap);
   if (!request.outputVolumeId.isEmpty()) {
     const VolumeItem output = find(request.outputVolumeId, tr("The output volume"));
     for (const ui::InputChoice& choice : request.inputs)
-      if (choice.id == output.id)
-        refuse(tr("The output '%1' is an input as well: choose another, inputs are never changed.")
-                   .arg(output.name));
+      if (choice.id == output.id) throw outputIsInputError(output.name.toStdString());
     if (std::any_of(task.masks.begin(), task.masks.end(),
                     [&](const VolumeItem& mask) { return mask.id == output.id; }) ||
         (request.grid == ui::OutputGrid::Reference && output.id == request.referenceId))
-      refuse(
-          tr("The output '%1' is the mask or the reference as well: choose another, these are never changed.")
-              .arg(output.name));
+      throw outputIsMaskError(output.name.toStdString());
   }
   if (!request.outputModelId.isEmpty() && !document_.model(request.outputModelId))
     refuse(tr("The output model is no longer open: choose another."));
