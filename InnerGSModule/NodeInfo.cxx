@@ -242,20 +242,25 @@ Report reportOf(vtkSlicerInnerGSJob* job) {
   report.seconds = job->GetElapsedSeconds();
   if (vtkMRMLInnerGSModelNode* model = job->GetModelNode())
     report.gaussians = model->IsEmpty() ? 0 : model->GetModel()->GetNumberOfGaussians();
+  report.profile = QString::fromStdString(job->GetProfileNote());
   report.prediction = QString::fromStdString(job->GetPredictionNote());
   report.device = QString::fromStdString(job->GetDeviceNote());
   report.settings = QString::fromStdString(job->GetUsedSettings());
   if (vtkMRMLInnerGSParameterNode* parameters = job->GetParameterNode())
     report.scans = parameters->GetNumberOfInputVolumeNodes();
-  vtkMRMLTableNode* node = job->GetTableNode();
+  report.quality = qualityOf(job->GetTableNode(), report.qualitySamples);
+  return report;
+}
+
+QVector<QualityRow> qualityOf(vtkMRMLTableNode* node, QString& samples) {
+  QVector<QualityRow> rows;
   vtkTable* table = node ? node->GetTable() : nullptr;
   for (vtkIdType row = 0; table && row < table->GetNumberOfRows(); ++row)
-    report.quality.append({QString::fromStdString(table->GetValueByName(row, "Method").ToString()),
-                           table->GetValueByName(row, "PSNR (dB)").ToDouble(),
-                           table->GetValueByName(row, "SSIM").ToDouble()});
-  if (node && node->GetAttribute("InnerGS.Samples"))
-    report.qualitySamples = QString::fromUtf8(node->GetAttribute("InnerGS.Samples"));
-  return report;
+    rows.append({QString::fromStdString(table->GetValueByName(row, "Method").ToString()),
+                 table->GetValueByName(row, "PSNR (dB)").ToDouble(),
+                 table->GetValueByName(row, "SSIM").ToDouble()});
+  if (node) samples = QString::fromUtf8(node->GetAttribute("InnerGS.Samples"));
+  return rows;
 }
 
 } // namespace innergs::ui

@@ -1,5 +1,6 @@
 #include "Widgets/LogPanel.h"
 
+#include "Widgets/PanelTools.h"
 #include "Widgets/TextFormat.h"
 
 #include <QClipboard>
@@ -21,26 +22,21 @@ constexpr int kMostLines = 5000;
 } // namespace
 
 LogPanel::LogPanel(Host* host, QWidget* parent) : QWidget(parent), edit_(new QPlainTextEdit(this)) {
-  edit_->setObjectName("logText");
+  named(edit_, "logText", tr("What has happened so far, with the time of day."));
   edit_->setReadOnly(true);
   edit_->setTextInteractionFlags(Qt::TextSelectableByMouse | Qt::TextSelectableByKeyboard);
   edit_->setTabChangesFocus(true);
   edit_->setMaximumBlockCount(kMostLines);
   edit_->setMinimumHeight(6 * fontMetrics().lineSpacing());
-  edit_->setToolTip(tr("What has happened so far, with the time of day."));
   edit_->setAccessibleName(tr("Log"));
-  auto* copyButton = new QPushButton(tr("Cop&y"), this);
-  copyButton->setObjectName("copyLog");
-  copyButton->setToolTip(tr("Copies the whole log to the clipboard."));
-  auto* clearButton = new QPushButton(tr("C&lear"), this);
-  clearButton->setObjectName("clearLog");
-  clearButton->setToolTip(tr("Empties the log."));
+  auto* copyButton =
+      named(new QPushButton(tr("Cop&y"), this), "copyLog", tr("Copies the whole log to the clipboard."));
+  auto* clearButton = named(new QPushButton(tr("C&lear"), this), "clearLog", tr("Empties the log."));
   auto* buttons = new QHBoxLayout;
   buttons->addWidget(copyButton);
   buttons->addWidget(clearButton);
   buttons->addStretch(1);
-  auto* layout = new QVBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
+  auto* layout = layoutWithoutMargins<QVBoxLayout>(this);
   layout->addWidget(edit_, 1);
   layout->addLayout(buttons);
   connect(copyButton, &QPushButton::clicked, this, &LogPanel::copy);
@@ -74,6 +70,7 @@ void LogPanel::addReport(const Report& report) {
                sentence(report.device)));
   for (const QString& warning : report.warnings)
     add(tr("Warning: %1").arg(sentence(warning)));
+  if (!report.profile.isEmpty()) add(report.profile);
   if (!report.prediction.isEmpty()) add(report.prediction);
   if (!report.uncertainty.isEmpty()) add(tr("Uncertainty: %1").arg(report.uncertainty));
   if (std::isfinite(report.trainingPsnr))

@@ -76,6 +76,7 @@ QString verdictText(const Report& report) {
 
 QualityCard::QualityCard(QWidget* parent)
     : QWidget(parent), summary_(makeWrappedLabel("resultSummary", this)),
+      profile_(makeWrappedLabel("resultProfile", this)),
       prediction_(makeWrappedLabel("resultPrediction", this)),
       uncertainty_(makeWrappedLabel("resultUncertainty", this)),
       verdict_(makeWrappedLabel("qualityVerdict", this)), heldOut_(makeWrappedLabel("heldOutQuality", this)),
@@ -84,12 +85,9 @@ QualityCard::QualityCard(QWidget* parent)
       table_(new QWidget(this)), grid_(nullptr) {
   table_->setObjectName("qualityTable");
   warnings_->setObjectName("resultWarnings");
-  auto* layout = new QVBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
-  for (QWidget* part : {static_cast<QWidget*>(summary_), static_cast<QWidget*>(prediction_),
-                        static_cast<QWidget*>(uncertainty_), static_cast<QWidget*>(warnings_),
-                        static_cast<QWidget*>(verdict_), table_, static_cast<QWidget*>(samples_),
-                        static_cast<QWidget*>(heldOut_), static_cast<QWidget*>(training_)})
+  auto* layout = layoutWithoutMargins<QVBoxLayout>(this);
+  for (QWidget* part : QWidgetList{summary_, profile_, prediction_, uncertainty_, warnings_, verdict_, table_,
+                                   samples_, heldOut_, training_})
     layout->addWidget(part);
   hide();
 }
@@ -115,6 +113,7 @@ void QualityCard::setReport(const Report& report) {
     label->setText(text);
     label->setVisible(!text.isEmpty());
   };
+  set(profile_, report.profile);
   set(prediction_, report.prediction);
   set(uncertainty_, report.uncertainty.isEmpty() ? QString() : tr("Uncertainty: %1").arg(report.uncertainty));
   set(verdict_, scopeText(report) + verdictText(report));

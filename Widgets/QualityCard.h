@@ -21,7 +21,7 @@ public:
 private:
   void setTable(const QVector<QualityRow>& rows);
 
-  QLabel *summary_, *prediction_, *uncertainty_, *verdict_, *heldOut_, *samples_, *training_;
+  QLabel *summary_, *profile_, *prediction_, *uncertainty_, *verdict_, *heldOut_, *samples_, *training_;
   MessageLine* warnings_;
   QWidget* table_;
   QGridLayout* grid_;

@@ -80,6 +80,7 @@ struct Report {
   QString uncertaintyId;              // the standard deviation of the volume; "": none
   QString uncertainty;                // how often its intervals hold, a sentence; "": none
   QStringList warnings;               // sentences
+  QString profile;                    // how thick the slices look, a sentence; "": unknown
   QString prediction;                 // what was put between the slices, a sentence; "": nothing
   double trainingPsnr = NAN;          // dB on the fitted samples: not held out
   Judging judging = Judging::NotAsked;

@@ -148,16 +148,16 @@ void writeResults(const ReconstructOptions& options, const std::vector<ScanRecor
                          const std::function<void(const std::filesystem::path&)>& writer) {
     if (!files.write(options.*file, writer)) (named.*file).clear();
   };
-  const auto warn = [&](const std::string& sentence) {
+  const auto note = [&](const std::string& sentence) {
     if (!sentence.empty()) result.warnings.push_back(sentence);
   };
   write(&ReconstructOptions::saveModel,
         [&](const auto& path) { writeModel(*result.model, path, notesOf(options, result)); });
   write(&ReconstructOptions::output,
-        [&](const auto& path) { warn(writeVolume(result.volume, path, options.type, values)); });
+        [&](const auto& path) { note(writeVolume(result.volume, path, options.type, values)); });
   write(&ReconstructOptions::ply, [&](const auto& path) {
     writePly(result.model->field, path);
-    warn(droppedByPly(result.model->field));
+    note(droppedByPly(result.model->field));
   });
   if (const auto& u = result.uncertainty) {
     write(&ReconstructOptions::uncertainty, [&](const auto& path) { writeVolume(u->deviation, path); });
@@ -173,9 +173,9 @@ void writeResults(const ReconstructOptions& options, const std::vector<ScanRecor
   write(&ReconstructOptions::transforms,
         [&](const auto& path) { writeTransforms(foundSlices(result), path); });
   for (const auto& warning : result.warnings)
-    fmt::print(stderr, "innergs: warning: {}\n", warning);
+    warn(warning);
   for (const auto& failure : files.failures())
-    warn(failure);
+    note(failure);
   files.write(options.report, [&](const auto& path) {
     writeFileAtomically(path, reconstructReport(named, scans, result, display.phases()).dump(2) + "\n");
   });
@@ -212,6 +212,7 @@ int reconstruct(const ReconstructOptions& options) {
   display.say(fmt::format("{} Gaussians, {} iterations, {}. {}\nWrote {}.", result.model->field.size(),
                           result.iterations, durationText(result.seconds), qualitySentence(result),
                           files.written()));
+  if (!result.profiles.sentence.empty()) display.say(result.profiles.sentence);
   if (result.uncertainty) display.say("Uncertainty: " + uncertaintySentence(*result.uncertainty));
   const bool unknown = asksForUncertainty(options) && !result.uncertainty && interrupt.requested();
   return unknown || result.judging == Judging::Stopped ? Interrupted : Success;

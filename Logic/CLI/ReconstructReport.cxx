@@ -25,32 +25,77 @@ const char* name(Judging judging) {
   return std::array{"not asked", "done", "stopped", "failed"}.at(static_cast<std::size_t>(judging));
 }
 
+/// Null where it is not finite.
+Json known(double value) {
+  return std::isfinite(value) ? Json(value) : Json();
+}
+
+/// The rows of its 3×4 matrix.
+Json matrixOf(const Affine3& map) {
+  Json matrix = Json::array();
+  for (int row = 0; row < 3; ++row)
+    matrix.push_back({map.linear[row][0], map.linear[row][1], map.linear[row][2], map.offset[row]});
+  return matrix;
+}
+
 /// Null if slice motion was not estimated.
 Json slicesOf(const ReconstructionResult& result) {
   const SliceMotion& motion = result.sliceMotion;
   if (motion.slices.empty()) return {};
-  const auto finite = [](double x) { return std::isfinite(x) ? Json(x) : Json(); };
   Json slices = Json::array();
-  for (const auto& [scan, slice, pose, place] : foundSlices(result)) {
-    Json matrix = Json::array();
-    for (int row = 0; row < 3; ++row)
-      matrix.push_back({place.linear[row][0], place.linear[row][1], place.linear[row][2], place.offset[row]});
+  for (const auto& [scan, slice, pose, place] : foundSlices(result))
     slices.push_back({{"scan", scan + 1},
                       {"slice", slice},
                       {"weight", pose.weight},
                       {"gain", pose.gain},
                       {"displacement_mm", pose.displacement},
                       {"angle_degrees", pose.angle},
-                      {"residual", finite(pose.residual)},
-                      {"matrix_lps", matrix}});
-  }
+                      {"residual", known(pose.residual)},
+                      {"matrix_lps", matrixOf(place)}});
   return {{"moved", motion.moved},
-          {"psnr_to_others_db", finite(motion.psnrAfter)},
-          {"psnr_to_others_before_db", finite(motion.psnrBefore)},
-          {"median_displacement_mm", finite(motion.displacement)},
-          {"median_angle_degrees", finite(motion.angle)},
+          {"psnr_to_others_db", known(motion.psnrAfter)},
+          {"psnr_to_others_before_db", known(motion.psnrBefore)},
+          {"median_displacement_mm", known(motion.displacement)},
+          {"median_angle_degrees", known(motion.angle)},
           {"left_out", motion.rejected},
           {"slices", slices}};
+}
+
+/// The alignment of each scan: LPS mm, degrees, dB.
+Json alignmentOf(const ReconstructionResult& result) {
+  Json scans = Json::array();
+  for (const StackAlignment& a : result.alignment)
+    scans.push_back({{"fits", a.fits},
+                     {"displacement_mm", a.displacement},
+                     {"angle_degrees", a.angle},
+                     {"gain", a.gain},
+                     {"matrix_lps", matrixOf(a.toOthers)},
+                     {"correlation", known(a.correlation)},
+                     {"psnr_to_others_db", known(a.psnrAfter)},
+                     {"psnr_to_others_before_db", known(a.psnrBefore)}});
+  return scans;
+}
+
+/// The range of each scan's shading against the others, and of what all share; dB between the scans.
+Json shadingOf(const ReconstructionResult& result) {
+  const BiasCorrection& bias = result.bias;
+  Json scans = Json::array();
+  for (const BiasCorrection::Scan& scan : bias.scans)
+    scans.push_back({{"lowest", scan.lowest}, {"highest", scan.highest}});
+  return {{"scans", scans},
+          {"shared", {{"lowest", bias.sharedLowest}, {"highest", bias.sharedHighest}}},
+          {"psnr_between_db", known(bias.psnrAfter)},
+          {"psnr_between_before_db", known(bias.psnrBefore)}};
+}
+
+/// Null if it was not requested or could not be estimated.
+Json uncertaintyOf(const ReconstructionResult& result) {
+  if (!result.uncertainty) return {};
+  const Uncertainty& u = *result.uncertainty;
+  return {{"coverage_90_withheld_slices", known(u.coverage)},
+          {"withheld_voxels", u.samples},
+          {"noise", known(u.noise)},
+          {"statement", uncertaintySentence(u)}};
 }
 
 } // namespace
@@ -106,66 +151,22 @@ std::string qualitySentence(const ReconstructionResult& result) {
                      std::isinf(result.trainingPsnr) ? "No error" : fitted);
 }
 
-namespace {
-
-/// Null where it is not finite.
-Json known(double value) {
-  return std::isfinite(value) ? Json(value) : Json();
-}
-
-/// The alignment of each scan: LPS mm, degrees, dB.
-Json alignmentOf(const ReconstructionResult& result) {
-  Json scans = Json::array();
-  for (const StackAlignment& a : result.alignment) {
-    Json matrix = Json::array();
-    for (int row = 0; row < 3; ++row)
-      matrix.push_back({a.toOthers.linear[row][0], a.toOthers.linear[row][1], a.toOthers.linear[row][2],
-                        a.toOthers.offset[row]});
-    scans.push_back({{"fits", a.fits},
-                     {"displacement_mm", a.displacement},
-                     {"angle_degrees", a.angle},
-                     {"gain", a.gain},
-                     {"matrix_lps", matrix},
-                     {"correlation", known(a.correlation)},
-                     {"psnr_to_others_db", known(a.psnrAfter)},
-                     {"psnr_to_others_before_db", known(a.psnrBefore)}});
-  }
-  return scans;
-}
-
-/// The range of each scan's shading against the others, and of what all share; dB between the scans.
-Json shadingOf(const ReconstructionResult& result) {
-  const BiasCorrection& bias = result.bias;
-  Json scans = Json::array();
-  for (const BiasCorrection::Scan& scan : bias.scans)
-    scans.push_back({{"lowest", scan.lowest}, {"highest", scan.highest}});
-  return {{"scans", scans},
-          {"shared", {{"lowest", bias.sharedLowest}, {"highest", bias.sharedHighest}}},
-          {"psnr_between_db", known(bias.psnrAfter)},
-          {"psnr_between_before_db", known(bias.psnrBefore)}};
-}
-
-/// Null if it was not requested or could not be estimated.
-Json uncertaintyOf(const ReconstructionResult& result) {
-  if (!result.uncertainty) return {};
-  const Uncertainty& u = *result.uncertainty;
-  return {{"coverage_90_withheld_slices", known(u.coverage)},
-          {"withheld_voxels", u.samples},
-          {"noise", known(u.noise)},
-          {"statement", uncertaintySentence(u)}};
-}
-
-} // namespace
-
 Json reconstructReport(const ReconstructOptions& options, const std::vector<ScanRecord>& scans,
                        const ReconstructionResult& result,
                        const std::vector<std::pair<std::string, double>>& phases) {
   Json inputs = Json::array();
-  for (const auto& scan : scans) {
+  for (std::size_t n = 0; n < scans.size(); ++n) {
+    const ScanRecord& scan = scans[n];
     Json entry{{"file", scan.file}};
     entry.update(toJson(scan.geometry));
     entry["thickness_mm"] = scan.thickness;
     entry["profile"] = name(scan.profile);
+    if (n < result.profiles.scans.size()) {
+      const ProfileEstimate& seen = result.profiles.scans[n];
+      entry["estimated_thickness"] = {{"mm", seen.known ? Json(seen.thickness) : Json()},
+                                      {"confidence", seen.confidence},
+                                      {"statement", seen.sentence}};
+    }
     entry["non_finite_voxels"] = scan.nonFiniteVoxels;
     inputs.push_back(entry);
   }
@@ -215,6 +216,7 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
           {"shading", shadingOf(result)},
           {"slice_motion", slicesOf(result)},
           {"prediction", result.prediction.empty() ? Json() : Json(result.prediction)},
+          {"profiles", result.profiles.sentence.empty() ? Json() : Json(result.profiles.sentence)},
           {"noise", known(result.noise)},
           {"non_finite_voxels", result.nonFiniteVoxels},
           {"seconds", timings},

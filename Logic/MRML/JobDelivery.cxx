@@ -70,6 +70,7 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   }
   job->UsedSettings = task.filter->GetUsedSettings();
   job->PredictionNote = task.filter->GetPredictionNote();
+  job->ProfileNote = task.filter->GetProfileNote();
   job->DeviceNote = task.filter->GetDeviceNote();
   job->UncertaintyNote = task.filter->GetUncertaintyNote();
   job->UncertaintyCoverage = task.filter->GetUncertaintyCoverage();

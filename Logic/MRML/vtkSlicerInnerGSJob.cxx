@@ -30,6 +30,7 @@ void vtkSlicerInnerGSJob::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "State: " << GetStateAsString(this->State) << "\n";
   os << indent << "Description: " << this->GetDescription() << "\n";
   os << indent << "PredictionNote: " << this->PredictionNote << "\n";
+  os << indent << "ProfileNote: " << this->ProfileNote << "\n";
   os << indent << "DeviceNote: " << this->DeviceNote << "\n";
   os << indent << "UsedSettings: " << this->UsedSettings << "\n";
   for (const std::string& warning : this->Warnings)
@@ -65,47 +66,11 @@ std::string vtkSlicerInnerGSJob::GetPhase() {
 bool vtkSlicerInnerGSJob::IsJudging() {
   return this->State == Running && resultIsComplete(this->LastProgress->phase);
 }
-double vtkSlicerInnerGSJob::GetProgress() {
-  return this->LastProgress->fraction;
-}
-int vtkSlicerInnerGSJob::GetCurrentIteration() {
-  return this->LastProgress->iteration;
-}
-int vtkSlicerInnerGSJob::GetTotalIterations() {
-  return this->LastProgress->iterations;
-}
-double vtkSlicerInnerGSJob::GetLoss() {
-  return this->LastProgress->loss;
-}
-double vtkSlicerInnerGSJob::GetTrainingPSNR() {
-  return this->LastProgress->trainingPsnr;
-}
-double vtkSlicerInnerGSJob::GetHeldOutPSNR() {
-  return this->LastProgress->heldOutPsnr;
-}
 vtkIdType vtkSlicerInnerGSJob::GetNumberOfGaussians() {
   return static_cast<vtkIdType>(this->LastProgress->gaussians);
 }
-double vtkSlicerInnerGSJob::GetElapsedSeconds() {
-  return this->LastProgress->elapsed;
-}
-double vtkSlicerInnerGSJob::GetRemainingSeconds() {
-  return this->LastProgress->remaining;
-}
 const innergs::Progress& vtkSlicerInnerGSJob::GetProgressReport() const {
   return *this->LastProgress;
-}
-vtkMRMLInnerGSParameterNode* vtkSlicerInnerGSJob::GetParameterNode() {
-  return this->ParameterNode;
-}
-vtkImageData* vtkSlicerInnerGSJob::GetPreviewImage() {
-  return this->Preview;
-}
-vtkInnerGSDynamicModel* vtkSlicerInnerGSJob::GetPreviewModel() {
-  return this->PreviewModel;
-}
-vtkMatrix4x4* vtkSlicerInnerGSJob::GetPreviewIJKToRASMatrix() {
-  return this->PreviewIJKToRAS;
 }
 int vtkSlicerInnerGSJob::GetNumberOfWarnings() {
   return static_cast<int>(this->Warnings.size());
@@ -113,24 +78,36 @@ int vtkSlicerInnerGSJob::GetNumberOfWarnings() {
 std::string vtkSlicerInnerGSJob::GetWarning(int index) {
   return index >= 0 && index < this->GetNumberOfWarnings() ? this->Warnings[index] : "";
 }
-vtkMRMLScalarVolumeNode* vtkSlicerInnerGSJob::GetVolumeNode() {
-  return this->VolumeNode;
-}
-vtkMRMLInnerGSModelNode* vtkSlicerInnerGSJob::GetModelNode() {
-  return this->ModelNode;
-}
-vtkMRMLScalarVolumeNode* vtkSlicerInnerGSJob::GetUncertaintyNode() {
-  return this->UncertaintyNode;
-}
-vtkMRMLTableNode* vtkSlicerInnerGSJob::GetTableNode() {
-  return this->TableNode;
-}
-vtkMRMLTableNode* vtkSlicerInnerGSJob::GetSliceTableNode() {
-  return this->SliceTableNode;
-}
-vtkMRMLSequenceNode* vtkSlicerInnerGSJob::GetSequenceNode() {
-  return this->SequenceNode;
-}
-vtkMRMLSequenceBrowserNode* vtkSlicerInnerGSJob::GetBrowserNode() {
-  return this->BrowserNode;
-}
+
+// Getters of how far it is.
+#define INNERGS_PROGRESS(Type, Name, member)                                                                 \
+  Type vtkSlicerInnerGSJob::Get##Name() {                                                                    \
+    return this->LastProgress->member;                                                                       \
+  }
+INNERGS_PROGRESS(double, Progress, fraction)
+INNERGS_PROGRESS(int, CurrentIteration, iteration)
+INNERGS_PROGRESS(int, TotalIterations, iterations)
+INNERGS_PROGRESS(double, Loss, loss)
+INNERGS_PROGRESS(double, TrainingPSNR, trainingPsnr)
+INNERGS_PROGRESS(double, HeldOutPSNR, heldOutPsnr)
+INNERGS_PROGRESS(double, ElapsedSeconds, elapsed)
+INNERGS_PROGRESS(double, RemainingSeconds, remaining)
+#undef INNERGS_PROGRESS
+
+// Getters of what it points to.
+#define INNERGS_OBJECT(Type, Name, member)                                                                   \
+  Type* vtkSlicerInnerGSJob::Get##Name() {                                                                   \
+    return this->member;                                                                                     \
+  }
+INNERGS_OBJECT(vtkMRMLInnerGSParameterNode, ParameterNode, ParameterNode)
+INNERGS_OBJECT(vtkImageData, PreviewImage, Preview)
+INNERGS_OBJECT(vtkInnerGSDynamicModel, PreviewModel, PreviewModel)
+INNERGS_OBJECT(vtkMatrix4x4, PreviewIJKToRASMatrix, PreviewIJKToRAS)
+INNERGS_OBJECT(vtkMRMLScalarVolumeNode, VolumeNode, VolumeNode)
+INNERGS_OBJECT(vtkMRMLInnerGSModelNode, ModelNode, ModelNode)
+INNERGS_OBJECT(vtkMRMLScalarVolumeNode, UncertaintyNode, UncertaintyNode)
+INNERGS_OBJECT(vtkMRMLTableNode, TableNode, TableNode)
+INNERGS_OBJECT(vtkMRMLTableNode, SliceTableNode, SliceTableNode)
+INNERGS_OBJECT(vtkMRMLSequenceNode, SequenceNode, SequenceNode)
+INNERGS_OBJECT(vtkMRMLSequenceBrowserNode, BrowserNode, BrowserNode)
+#undef INNERGS_OBJECT

@@ -67,6 +67,7 @@ public:
   const innergs::Progress& GetProgressReport() const;
 #endif
   vtkGetMacro(PredictionNote, std::string); // what was put between the slices, a sentence; "": nothing yet
+  vtkGetMacro(ProfileNote, std::string);    // how thick the slices look, a sentence; "": unknown
   /// Where the fit runs, or ran in the end, and why; "" before that is known.
   vtkGetMacro(DeviceNote, std::string);
   /// One line for people.
@@ -123,7 +124,8 @@ protected:
   std::unique_ptr<innergs::Progress> LastProgress;
   int ErrorCode = 0, QualityState = 0, NumberOfHeldOutSlices = 0;
   double UncertaintyCoverage;
-  std::string UncertaintyNote, PredictionNote, DeviceNote, ErrorMessage, RecoveryFile, UsedSettings;
+  std::string UncertaintyNote, PredictionNote, ProfileNote, DeviceNote, ErrorMessage, RecoveryFile,
+      UsedSettings;
   std::vector<std::string> Warnings;
   vtkSmartPointer<vtkImageData> Preview;
   vtkSmartPointer<vtkMatrix4x4> PreviewIJKToRAS;

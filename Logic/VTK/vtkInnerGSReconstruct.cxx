@@ -385,7 +385,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   Internals& work = *this->Work;
   work.warnings.clear();
   for (std::string* last : {&this->UsedSettings, &this->UsedInstructionSet, &this->UsedDevice,
-                            &this->PredictionNote, &this->DeviceNote, &this->UncertaintyNote})
+                            &this->PredictionNote, &this->ProfileNote, &this->DeviceNote, &this->UncertaintyNote})
     last->clear();
   this->UncertaintyCoverage = kNaN;
   this->NumberOfHeldOutSlices = 0;
@@ -431,6 +431,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   this->UsedInstructionSet = result.instructionSet;
   this->UsedDevice = result.device.id;
   this->PredictionNote = result.prediction;
+  this->ProfileNote = result.profiles.sentence;
   this->DeviceNote = result.device.reason;
   vtkInnerGSModel::GetData(outputs, 0)->SetCoreModel(result.model);
   if (this->Aborted) return;

@@ -175,6 +175,7 @@ public:
   vtkGetMacro(ElapsedSeconds, double);
   vtkGetMacro(RemainingSeconds, double);    // estimated
   vtkGetMacro(PredictionNote, std::string); // sentence: what was put between the slices; "": nothing
+  vtkGetMacro(ProfileNote, std::string);    // sentence: how thick the slices look; "": unknown
   vtkGetMacro(DeviceNote, std::string);     // sentence: where the fit runs and why; "" if not known yet
   ///@}
 
@@ -238,7 +239,8 @@ protected:
   double CurrentLoss = 0, TrainingPSNR, HeldOutPSNR, ElapsedSeconds = 0, RemainingSeconds = 0;
   vtkIdType CurrentGaussians = 0, NumberOfNonFiniteVoxels = 0;
   double FitSeconds = 0, Noise = 0, UncertaintyCoverage;
-  std::string UsedSettings, UsedInstructionSet, UsedDevice, PredictionNote, DeviceNote, UncertaintyNote;
+  std::string UsedSettings, UsedInstructionSet, UsedDevice, PredictionNote, ProfileNote, DeviceNote,
+      UncertaintyNote;
 
 private:
   vtkInnerGSReconstruct(const vtkInnerGSReconstruct&) = delete;

@@ -7,7 +7,7 @@ import os
 
 from ._jobs import Job
 from ._parameters import apply_settings
-from ._scene import _classes, checked, logic_of, quiet
+from ._scene import _classes, call, checked, logic_of, quiet
 
 MovingResult = collections.namedtuple("MovingResult", "model frames browser table training_psnr notes")
 MovingResult.__doc__ = """The result for a moving scan: nodes (table: None unless quality was judged), PSNR in dB on the fitted frames,
@@ -99,14 +99,9 @@ def set_time(model, seconds):
 
 def frames(model, times=None, output=None):
     """A moving model's frames at times in s (None: those it was fitted to) as a sequence node with a browser."""
-    owner = logic_of(model)
-    with quiet(owner):
-        return checked(owner, owner.CreateFrames(model, _times(times), output))
+    return call("CreateFrames", model, _times(times), output)
 
 
 def motion(model, times=None, start=None, output=None):
     """A moving model's motion from a time (s; None: the middle frame's) as a sequence of grid transforms."""
-    owner = logic_of(model)
-    with quiet(owner):
-        made = owner.CreateMotion(model, _times(times), float("nan") if start is None else float(start), output)
-        return checked(owner, made)
+    return call("CreateMotion", model, _times(times), float("nan") if start is None else float(start), output)

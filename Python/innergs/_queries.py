@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ._scene import Error, checked, logic, logic_of, quiet
+from ._scene import Error, call, checked, logic, logic_of, quiet
 
 
 def query(model, points):
@@ -17,9 +17,7 @@ def query(model, points):
     coordinates = vtkPoints()
     coordinates.SetData(numpy_to_vtk(array.reshape(-1, 3), deep=True))
     values = vtkFloatArray()
-    owner = logic_of(model)
-    with quiet(owner):
-        checked(owner, owner.GetValuesAtRAS(model, coordinates, values))
+    call("GetValuesAtRAS", model, coordinates, values)
     if values.GetNumberOfTuples() == 0:
         return numpy.empty(array.shape[:-1], numpy.float32)
     result = vtk_to_numpy(values).reshape(array.shape[:-1]).copy()
@@ -33,10 +31,8 @@ def plane(model, matrix, size=256, spacing=1.0, output=None, uncertainty=False):
     image. size: pixels, one number or (columns, rows); spacing in mm.
     """
     columns, rows = (size, size) if isinstance(size, int) else size
-    owner = logic_of(model)
-    with quiet(owner):
-        query = owner.QueryUncertaintyPlane if uncertainty else owner.QueryPlane
-        return checked(owner, query(model, _matrix(matrix), columns, rows, spacing, output))
+    method = "QueryUncertaintyPlane" if uncertainty else "QueryPlane"
+    return call(method, model, _matrix(matrix), columns, rows, spacing, output)
 
 
 def _matrix(matrix):
@@ -51,17 +47,14 @@ def _matrix(matrix):
 
 def resample(model, spacing=0.0, reference=None, output=None):
     """The model as a volume node at a spacing in mm (0: as in the fit), or on a reference volume's voxels."""
-    owner = logic_of(model)
-    with quiet(owner):
-        made = owner.ResampleLike(model, reference, output) if reference else owner.Resample(model, spacing, output)
-        return checked(owner, made)
+    if reference:
+        return call("ResampleLike", model, reference, output)
+    return call("Resample", model, spacing, output)
 
 
 def follow(model, slice_node, output=None):
     """A volume node that shows the model on a slice view's plane from now on."""
-    owner = logic_of(model)
-    with quiet(owner):
-        return checked(owner, owner.FollowSlice(model, slice_node, output))
+    return call("FollowSlice", model, slice_node, output)
 
 
 def stop_following(output):
@@ -71,9 +64,7 @@ def stop_following(output):
 
 def gaussians(model, maximum=0):
     """The Gaussians as a model node for 3D views; at most the given number (0: all)."""
-    owner = logic_of(model)
-    with quiet(owner):
-        return checked(owner, owner.CreateGaussianModel(model, maximum))
+    return call("CreateGaussianModel", model, maximum)
 
 
 def load(path, scene=None):
@@ -88,15 +79,11 @@ def slice_transforms(slices):
     to where it lies (to parent, RAS mm)."""
     from vtkmodules.vtkCommonCore import vtkCollection
 
-    owner = logic_of(slices)
     transforms = vtkCollection()
-    with quiet(owner):
-        checked(owner, owner.CreateSliceTransforms(slices, transforms))
+    call("CreateSliceTransforms", slices, transforms)
     return [transforms.GetItemAsObject(n) for n in range(transforms.GetNumberOfItems())]
 
 
 def save(model, path):
     """Writes a model file (.innergs: everything; .ply: only the Gaussians)."""
-    owner = logic_of(model)
-    with quiet(owner):
-        checked(owner, owner.SaveModel(model, str(path)))
+    call("SaveModel", model, str(path))

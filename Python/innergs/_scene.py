@@ -71,3 +71,10 @@ def checked(target, value):
     if value is None or value is False:
         raise Error(target.GetLastError(), target.GetLastErrorCode())
     return value
+
+
+def call(method, node, *arguments):
+    """Calls a method of the node's logic, with the node and what follows; raises Error if it refuses."""
+    owner = logic_of(node)
+    with quiet(owner):
+        return checked(owner, getattr(owner, method)(node, *arguments))

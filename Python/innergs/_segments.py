@@ -5,7 +5,7 @@ from __future__ import annotations
 import collections
 
 from ._jobs import Job
-from ._scene import Error, checked, logic_of, quiet
+from ._scene import Error, call, checked, logic_of, quiet
 
 Found = collections.namedtuple("Found", "answer sentence candidates")
 Found.__doc__ = """How a query was understood: answer "found", "several" (side or number is open), "wider" (only segments that hold
@@ -78,11 +78,8 @@ def segment(model, text, output=None, threshold=0.0, largest_only=False, minimum
     largest_only  only the largest connected part of each segment; minimum_size: of connected parts, mm3
     smoothing     standard deviation of a Gaussian in mm; spacing: of the voxels in mm, 0: as in the fit
     """
-    owner = logic_of(model)
     for one in [text] if isinstance(text, str) else text:
-        with quiet(owner):
-            output = checked(owner, owner.SegmentByText(model, one, output, threshold, largest_only, minimum_size,
-                                                        smoothing, spacing))
+        output = call("SegmentByText", model, one, output, threshold, largest_only, minimum_size, smoothing, spacing)
     return output
 
 
@@ -92,6 +89,4 @@ def score(model, text, output=None, spacing=0.0):
     For several segments, that of the likeliest; for a moving model, at the time of set_time(). spacing: of the
     voxels in mm, 0: as in the fit.
     """
-    owner = logic_of(model)
-    with quiet(owner):
-        return checked(owner, owner.ScoreByText(model, text, output, spacing))
+    return call("ScoreByText", model, text, output, spacing)

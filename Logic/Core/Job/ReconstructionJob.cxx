@@ -38,6 +38,7 @@ struct ReconstructionJob::Impl {
   ProgressCallback progress;
   std::function<void(const Volume&)> preview;
 
+  void showProfiles(ReconstructionResult& result, const std::stop_token& stop) const;
   void estimate(ReconstructionResult& result, const Volume& second, std::span<const Stack> placed,
                 std::span<const WithheldValue> seen, ProgressParts& parts, const std::stop_token& stop) const;
   /// Measures the result's quality by a second fit with the same settings, and its uncertainty.
@@ -73,11 +74,22 @@ ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhe
     result = first.run(stop, renderWhenCancelled);
     if (job.input.uncertainty) placed = first.takeStacks();
   }
+  if (!result.cancelled) job.showProfiles(result, stop);
   if (parts && !result.cancelled) {
     job.judge(result, placed, *parts, stop);
     parts->finish();
   }
   return result;
+}
+
+void ReconstructionJob::Impl::showProfiles(ReconstructionResult& result, const std::stop_token& stop) const {
+  ThreadPool pool(settings.threads);
+  pool.setStop(stop);
+  try {
+    result.profiles = shownProfiles(input.stacks, pool);
+  } catch (const Error& error) { // the result itself is complete
+    if (error.code() != ErrorCode::Cancelled) throw;
+  }
 }
 
 /// Leaves a warning instead where too little is known, or when it fails or is stopped.

@@ -6,6 +6,7 @@
 #include "Core/Fit/Densify.h"
 #include "Core/Image/Stack.h"
 #include "Core/Job/Progress.h"
+#include "Core/Job/ShownProfiles.h"
 #include "Core/Model/Model.h"
 #include "Core/Settings/Settings.h"
 #include "Core/Uncertainty/Uncertainty.h"
@@ -60,6 +61,7 @@ struct ReconstructionResult {
   std::vector<StackAlignment> alignment;  // of several stacks, where the settings ask for it
   SliceMotion sliceMotion;                // beyond that, likewise; empty: not looked for
   std::string prediction;                 // a sentence: what fills the gaps between slices; empty: nothing
+  ShownProfiles profiles;                 // how thick the slices look
   double predictionShare = 0;             // of several scans: the weight of predictions from each alone
   double noise = 0;                       // estimated, scanner units
   std::int64_t nonFiniteVoxels = 0;       // left out of the fit

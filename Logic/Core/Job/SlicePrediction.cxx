@@ -21,6 +21,7 @@ constexpr double kMuch = 0.94;     // below: much to learn, and training takes l
 constexpr double kMost = 0.93;     // below: training takes longest
 constexpr double kThick = 0.02;    // by how much both are lower for thick slices
 constexpr double kDistant = 3.5;   // slice distance in pixels above which kLittle counts
+constexpr int kFewestSlices = 6;   // for a choice on every second one
 constexpr double kAsGood = 1.01;   // squared error of fused planes relative to their mean
 
 /// Keeps every second slice.
@@ -223,7 +224,12 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
     if (learned.learned && (learned.known.empty() || learned.known[v]))
       between.voxels[v] += learnedShare * (learned.learned->voxels[v] - interpolated);
   }
-  Added added{share[1], share[2], 0, tried.learned || !parts_.learned ? std::string() : " " + tried.sentence};
+  Added added{share[1], share[2], 0, {}};
+  if (parts_.learned && !tried.learned) added.nothingLearned = " " + tried.sentence;
+  if (tried.learned && !learns)
+    added.nothingLearned =
+        " What the slices' own detail teaches was left out: on withheld slices it did not help.";
+  if (learns && !learned.learned) added.nothingLearned = " " + learned.sentence;
   const double left = meanSquare<kept>(errors, share);
   if (left > 0) added.gain = 10 * std::log10(errors[0][0] / left);
   return added;
@@ -234,7 +240,8 @@ Stack SlicePrediction::predict() {
   Stack thin;
   Volume& between = thin.image;
   between.geometry = predictionLattice(g, prepared_.outputGrid);
-  const bool adds = settings_.prediction != PredictionKind::Interpolation && g.size[2] >= 6;
+  const bool asked = settings_.prediction != PredictionKind::Interpolation,
+             adds = asked && g.size[2] >= kFewestSlices;
   progressed_ = progress_.state.fraction;
   costLeft_ = cost_.choosing + cost_.mixing + cost_.fit;
   if (adds) {
@@ -252,6 +259,12 @@ Stack SlicePrediction::predict() {
   between.voxels.resize(static_cast<std::size_t>(between.geometry.voxelCount()));
   interpolate(scan_, complete, between.geometry, between.voxels);
   Added added;
+  if (asked && !adds)
+    added.nothingLearned =
+        formatted(" Nothing was learned across the slices: %d are too few.", static_cast<int>(g.size[2]));
+  if (adds && !(choice_.fall > 0))
+    added.nothingLearned =
+        " Nothing was learned across the slices: the image shows too little to judge it by.";
   if (adds && choice_.fall > 0) {
     complete = {};
     added = addCandidates(between);

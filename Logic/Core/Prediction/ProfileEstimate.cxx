@@ -1,6 +1,5 @@
 #include "Core/Prediction/ProfileEstimate.h"
 
-#include "Core/Acquisition/Observation.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Image/NoiseEstimate.h"
 #include "Core/Prediction/StructureFunction.h"
@@ -27,27 +26,6 @@ std::optional<double> rootInSquares(std::span<const double> x, std::span<const d
       return std::sqrt(a + (b - a) * f[i - 1] / (f[i - 1] - f[i]));
     }
   return std::nullopt;
-}
-
-/// The blur, applied before the stack's own profile, that makes the image equally smooth along its rows and
-/// across.
-double matchingBlur(const Stack& stack, const std::vector<StructureLines>& lines,
-                    const std::vector<double>& pixel, ThreadPool& pool) {
-  constexpr double sigmas[] = {0, 0.5, 0.75, 1, 1.5, 2, 3, 4, 6};
-  std::vector<double> sigma, roughness;
-  for (const double s : sigmas) {
-    double sum = 0;
-    for (std::size_t a = 0; a < lines.size(); ++a) {
-      const LineFilter profile = profileFilter(stack.profile, effectiveThickness(stack) / pixel[a]);
-      const StructureFunctions f = lines[a].after(convolved(gaussianFilter(s), profile), pool);
-      if (f.samples < kFewestSamples) return sigma.empty() ? 0 : sigma.back();
-      sum += f.roughness();
-    }
-    sigma.push_back(s);
-    roughness.push_back(sum);
-    if (sum <= 0) break;
-  }
-  return rootInSquares(sigma, roughness).value_or(sigma.back());
 }
 
 /// Removes two pixels along the body's outline in every slice.
@@ -123,7 +101,6 @@ ProfileEstimate estimateProfile(const Stack& stack, ThreadPool& pool) {
   }
   if (thickness.size() < 6) return unknown("it shows too little of the body.");
   if (noiseShare > kMostNoise) return unknown("it is too noisy.");
-  estimate.blur = matchingBlur(stack, lines, pixel, pool);
   const auto root = rootInSquares(thickness, mean);
   if (!root) return unknown("it is smoother across the slices than any slice profile would make it.");
   estimate.known = true;

@@ -12,10 +12,6 @@ struct ProfileEstimate {
   double thickness = 0;  // mm: width of the box, or FWHM for a stack of Gaussian profile
   double spacing = 0;    // mm: distance of the slices
   double confidence = 0; // 0…1
-  /// σ of the Gaussian blur along the degraded axis, in in-plane samples (of the finer spacing), after which
-  /// the in-plane images, degraded by the stack's own profile and spacing, are as smooth as the scan across
-  /// its slices. 0: none needed, or unknown.
-  double blur = 0;
   std::string sentence; // "slices look 6 mm thick, 3 mm apart"
 };
 

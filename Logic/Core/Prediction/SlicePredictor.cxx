@@ -8,7 +8,6 @@
 #include "Core/Prediction/NetworkTraining.h"
 #include "Core/Prediction/PlaneApplication.h"
 #include "Core/Prediction/PlaneFusion.h"
-#include "Core/Prediction/ProfileEstimate.h"
 
 #include <algorithm>
 #include <chrono>
@@ -180,22 +179,6 @@ void putOnGrid(const ThinLattice& thin, const GridGeometry& grid, const GridGeom
   result.predicted = std::move(predicted);
 }
 
-std::vector<float> errorBySlice(const ThinLattice& thin, const SliceSampling& sampling,
-                                const GridGeometry& grid, const std::vector<double>& byPhase) {
-  std::vector<float> error(static_cast<std::size_t>(grid.size[2]));
-  for (std::int64_t k = 0; k < grid.size[2]; ++k) {
-    const double x = thin.positions.first + thin.positions.step * static_cast<double>(k);
-    const auto phase = (std::llround(x) - sampling.firstPhase) % sampling.phases;
-    const double fromSlice = (x - sampling.centre) / sampling.phases;
-    const bool acquired =
-        sampling.slice.weights.size() == 1 && std::abs(fromSlice - std::round(fromSlice)) < 1e-4;
-    error[k] = acquired ? 0.f
-                        : static_cast<float>(
-                              byPhase[static_cast<std::size_t>(phase < 0 ? phase + sampling.phases : phase)]);
-  }
-  return error;
-}
-
 /// 1 where an unknown voxel lies within two slices and three pixels; empty: nowhere.
 std::vector<std::uint8_t> nearUnknown(const FilledImage& filled, ThreadPool& pool) {
   std::vector<std::uint8_t> near(filled.known.size());
@@ -292,27 +275,16 @@ PredictionOperations operationsOf(PredictionEffort level, const GridGeometry& st
           2 * reflections * kUsualDetail * voxels * pass};
 }
 
-/// Errors on the held-out planes, per phase, in image units.
-struct Measured {
-  PairErrors errors;
-  std::vector<double> phase; // of the prediction
-};
-
-Measured measure(const SliceModel& model, const TrainingPlanes& planes, const PairShape& shape,
-                 double pairNoise, std::uint64_t seed, const NetworkKernels& kernels, ThreadPool& pool) {
+/// Errors on the held-out planes.
+PairErrors measure(const SliceModel& model, const TrainingPlanes& planes, const PairShape& shape,
+                   double pairNoise, std::uint64_t seed, const NetworkKernels& kernels, ThreadPool& pool) {
   constexpr std::int64_t pairs = 48;
-  struct Part {
-    double linear = 0, cubic = 0, filter = 0;
-    std::vector<double> network;
-    std::int64_t samples = 0;
-  };
   const int phases = model.sampling.phases, outputs = outputStride(phases);
   const PatchFilter linear = interpolationFilter(model.sampling, false),
                     cubic = interpolationFilter(model.sampling, true);
-  std::vector<Part> parts(pairs);
+  std::vector<PairErrors> parts(pairs); // sums of squares
   pool.run(pairs, [&](std::int64_t p) {
-    Part& part = parts[p];
-    part.network.assign(phases, 0);
+    PairErrors& part = parts[p];
     Random random = randomOf(seed + 2, p);
     const PairPlace place = randomPlace(planes.measuring, model.sampling, shape, random);
     TrainingPair pair;
@@ -345,31 +317,22 @@ Measured measure(const SliceModel& model, const TrainingPlanes& planes, const Pa
           part.linear += squared(byLinear);
           part.cubic += squared(byCubic);
           part.filter += squared(byFilter);
-          part.network[q] += squared(network);
+          part.network += squared(network);
         }
-        ++part.samples;
+        part.samples += phases;
       }
   });
-  Measured measured;
-  measured.phase.assign(phases, 0);
-  PairErrors& e = measured.errors;
-  for (const Part& part : parts) {
+  PairErrors e;
+  for (const PairErrors& part : parts) {
     e.samples += part.samples;
     e.linear += part.linear;
     e.cubic += part.cubic;
     e.filter += part.filter;
-    for (int q = 0; q < phases; ++q)
-      measured.phase[q] += part.network[q];
-  }
-  const double count = static_cast<double>(std::max<std::int64_t>(1, e.samples));
-  for (double& p : measured.phase) {
-    e.network += p;
-    p = std::sqrt(p / count);
+    e.network += part.network;
   }
   for (double* sum : {&e.linear, &e.cubic, &e.filter, &e.network})
-    *sum = std::sqrt(*sum / (count * phases));
-  e.samples *= phases;
-  return measured;
+    *sum = std::sqrt(*sum / static_cast<double>(std::max<std::int64_t>(1, e.samples)));
+  return e;
 }
 
 std::string gainText(const PairErrors& e) {
@@ -418,12 +381,14 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
     return result;
   };
   report(PredictionPhase::Matching, 0);
-  const double ratio = ratioOf(g), mostRatio = options.everySecond ? 2 * kMostRatio : kMostRatio;
+  const double ratio = ratioOf(g), ofScan = options.everySecond ? ratio / 2 : ratio;
   if (ratio < kLeastRatio) return nothing("they lie as close as the pixels.");
-  if (ratio > mostRatio + kAligned)
+  if (ofScan > kMostRatio + kAligned)
     return nothing(
-        formatted("they lie %.0f pixels apart, and more than %.0f are too many.", ratio, mostRatio));
-  if (g.size[2] < (options.everySecond ? kFewestKept : kFewestToLearn))
+        formatted("they lie %.3g pixels apart, and more than %.0f are too many.", ofScan, kMostRatio));
+  if (options.everySecond && g.size[2] < kFewestKept)
+    return nothing("they are too few for every second one to be withheld.");
+  if (!options.everySecond && g.size[2] < kFewestToLearn)
     return nothing(formatted("%d slices are too few.", static_cast<int>(g.size[2])));
   if (std::min(g.size[0], g.size[1]) < std::max<std::int64_t>(kFewestPixelsToLearn, std::llround(5 * ratio)))
     return nothing("they have too few pixels.");
@@ -448,12 +413,12 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
 
   TrainingPlanesRequest request;
   request.axes = axes;
-  result.blur = options.matchingBlur ? *options.matchingBlur : estimateProfile(stack, pool).blur;
-  request.sigma = result.blur;
+  request.sigma = options.matchingBlur;
   // Restores the noise that blurring and degrading removed from the pairs but that the slices still have.
   const double perThin = std::min(working.spacing[0], working.spacing[1]) / model.sampling.pitch;
   double squares = 0;
-  for (const float w : convolved(gaussianFilter(result.blur * perThin), model.sampling.slice).weights)
+  for (const float w :
+       convolved(gaussianFilter(options.matchingBlur * perThin), model.sampling.slice).weights)
     squares += static_cast<double>(w) * w;
   const double pairNoise = noise * std::sqrt(std::max(0.0, 1 - squares));
   const TrainingPlanes planes = trainingPlanes(filled, body, model.sampling, request, pool);
@@ -475,7 +440,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
   };
   const PredictionOperations work = predictionOperations(g, options).perThread(pool.threads());
   double learned = kMatched; // the progress
-  std::optional<Measured> best;
+  std::optional<PairErrors> best;
   // A large network may learn the noise of a small scan, so it must be better than a smaller one.
   for (const PredictionEffort level : levelsOf(options.effort)) {
     TrainingPlan plan = effortOf(level, options.muchToLearn).training;
@@ -489,14 +454,13 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
                                    [&](double f) { report(PredictionPhase::Learning, learned + part * f); });
     trained.transforms = trained.network->transforms();
     learned += part;
-    const Measured found = measureModel(trained);
-    if (found.errors.network > (best ? best->errors.network : found.errors.filter)) continue;
+    const PairErrors found = measureModel(trained);
+    if (found.network > (best ? best->network : found.filter)) continue;
     model = std::move(trained);
     best = found;
   }
-  const Measured measured = best ? *best : measureModel(model);
-  if (measured.errors.samples == 0) return nothing("too little of the image can be learned from.");
-  result.pairs = measured.errors;
+  result.pairs = best ? *best : measureModel(model);
+  if (result.pairs.samples == 0) return nothing("too little of the image can be learned from.");
   result.phases = thin.phases;
   result.learningSeconds = secondsSince(start);
 
@@ -524,7 +488,6 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
     complete(fusedPlanes(both, thin.geometry.size, pool));
   }
   pool.throwIfStopped();
-  result.expectedError = errorBySlice(thin, model.sampling, grid, measured.phase);
   result.learned = true;
   result.sentence = "Learned across the slices from the images along them: " + gainText(result.pairs) +
                     " better than interpolation on held-out ones.";

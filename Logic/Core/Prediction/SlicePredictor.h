@@ -24,8 +24,8 @@ struct PredictionOptions {
   /// predictionGrid().
   std::optional<GridGeometry> grid;
   /// σ of the Gaussian blur, in in-plane samples, that makes the training images as smooth as the scan is
-  /// across its slices. Unset: estimated from the scan.
-  std::optional<double> matchingBlur;
+  /// across its slices (CandidateChoice::blur).
+  double matchingBlur = 0;
   /// The stack is every second slice of a scan: learns wherever predicting from the whole scan would.
   bool everySecond = false;
   /// 0…1: how much a network improved on the filter in a trial; lengthens the training of Balanced.
@@ -65,10 +65,8 @@ struct Prediction {
   /// For each voxel of image: 1 = predicted, 0 = interpolated because unobserved or non-finite voxels are
   /// near, or because the image is flat there, as in air. Empty: all predicted.
   std::vector<std::uint8_t> predicted;
-  std::vector<float> expectedError; // per K slice of image: RMS in image units, 0 on acquired thin slices
   PairErrors pairs;
-  double blur = 0; // σ of the matching blur, in in-plane samples
-  int phases = 0;  // samples predicted per slice distance
+  int phases = 0; // samples predicted per slice distance
   double learningSeconds = 0, applyingSeconds = 0;
 };
 

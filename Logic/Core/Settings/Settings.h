@@ -24,8 +24,7 @@ enum class Schedule {
   Plateau      // the rates are reduced whenever the loss stops improving
 };
 
-/// What fills the gaps of a single scan with distant slices, before Gaussians are fitted to slices and
-/// filling together.
+/// What fills the gaps of a single scan with distant slices, before Gaussians are fitted to it.
 enum class PredictionKind {
   Auto,          // the same as Learned
   None,          // nothing: the Gaussians bridge the gaps themselves

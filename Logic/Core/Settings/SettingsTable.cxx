@@ -111,9 +111,9 @@ const std::vector<Setting>& settingsTable() {
               {.part = Result}),
       Setting(
           "prediction", MEMBER(prediction), Fit, tr("Between the slices"),
-          tr("What fills the gaps between distant slices: of one scan, before Gaussians are fitted to slices "
-             "and filling together; of several that lie still, with presets balanced and best, in part. With "
-             "none, the Gaussians bridge the gaps."),
+          tr("What fills the gaps between distant slices: of one scan, before Gaussians are fitted to it; "
+             "of several that lie still, with presets balanced and best, in part. With none, the Gaussians "
+             "bridge the gaps."),
           {.words = {{"auto", tr("automatic"), tr("The same as learned.")},
                      {"none", tr("nothing"), tr("The Gaussians bridge the gaps.")},
                      {"interpolation", tr("interpolation"),

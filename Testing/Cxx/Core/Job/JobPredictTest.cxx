@@ -12,17 +12,12 @@ namespace {
 
 /// A scan with slices four pixels apart, with some structure to learn from.
 ReconstructionInput gappedInput(std::int64_t size = 48) {
-  ReconstructionInput input;
-  input.stacks.push_back(
-      keepEvery(phantom(grid(size, size - 4, 45, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3))), 2, 4));
-  return input;
+  const GridGeometry lattice = grid(size, size - 4, 45, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3));
+  return inputOf({keepEvery(phantom(lattice), 2, 4)});
 }
 
 Settings quick(PredictionKind kind = PredictionKind::Auto) {
-  Settings settings;
-  settings.preset = Preset::Fast;
-  settings.threads = 2;
-  settings.device = "cpu";
+  Settings settings = fastSettings();
   settings.prediction = kind;
   return settings;
 }
@@ -62,8 +57,7 @@ TEST(JobPrediction, LeavesNoiseOut) {
 
 /// A scan of touching slices four pixels thick with 5 % noise, on the lattice of its truth.
 ReconstructionInput noisyInput(const Volume& truth) {
-  ReconstructionInput input;
-  input.stacks.push_back(simulateThickStack(truth, 2, 4));
+  ReconstructionInput input = inputOf({simulateThickStack(truth, 2, 4)});
   input.outputGrid = truth.geometry;
   const auto [low, high] = std::minmax_element(truth.voxels.begin(), truth.voxels.end());
   addNoise(input.stacks.front().image.voxels, 0.05 * (*high - *low), 2);
@@ -105,8 +99,7 @@ TEST(JobPrediction, KeepsTextureThatAllSlicesShow) {
   const Volume slice = texture(grid(48, 44, 1));
   const Volume truth =
       volumeOf(grid(48, 44, 33), [&](auto i, auto j, auto) { return slice.voxels[i + 48 * j]; });
-  ReconstructionInput input;
-  input.stacks.push_back(keepEvery(truth, 2, 4));
+  ReconstructionInput input = inputOf({keepEvery(truth, 2, 4)});
   input.outputGrid = truth.geometry;
   const auto [low, high] = std::minmax_element(truth.voxels.begin(), truth.voxels.end());
   EXPECT_GT(psnr(reconstruct(input, quick()).volume, truth, static_cast<double>(*high) - *low), 55);
@@ -164,8 +157,7 @@ TEST(JobPrediction, NeverSeesWithheldOrMaskedVoxels) {
   ReconstructionInput input = gappedInput();
   Stack& stack = input.stacks.front();
   const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
-  stack.observed.assign(stack.image.voxels.size(), 1);
-  std::fill_n(stack.observed.begin() + 5 * plane, plane, std::uint8_t{0});
+  withhold(stack, {5});
   for (std::int64_t v = 0; v < plane / 3; ++v)
     stack.observed[2 * plane + v] = 0;
   const auto before = reconstruct(input, quick());
@@ -249,28 +241,42 @@ TEST(JobPrediction, GoesOnToTheSameResult) {
 }
 
 TEST(JobPrediction, FallsBackInASentence) {
-  ReconstructionInput few = gappedInput(); // too few slices
-  Stack& stack = few.stacks.front();
-  stack.image.geometry.size[2] = 3;
-  stack.image.voxels.resize(static_cast<std::size_t>(stack.image.geometry.voxelCount()));
-  const auto result = reconstruct(few, quick());
-  EXPECT_NE(result.prediction.find("interpolation"), std::string::npos) << result.prediction;
+  const auto expect = [](const ReconstructionInput& input, const std::string& reason) {
+    SCOPED_TRACE(reason);
+    ReconstructionResult result = reconstruct(input, quick());
+    EXPECT_NE(result.prediction.find("interpolation"), std::string::npos) << result.prediction;
+    EXPECT_NE(result.prediction.find(reason), std::string::npos) << result.prediction;
+    return result.volume;
+  };
+  for (const int slices : {3, 5}) {
+    ReconstructionInput few = gappedInput();
+    Stack& stack = few.stacks.front();
+    stack.image.geometry.size[2] = slices;
+    stack.image.voxels.resize(static_cast<std::size_t>(stack.image.geometry.voxelCount()));
+    expect(few, std::to_string(slices) + " are too few");
+  }
+  ReconstructionInput six = gappedInput();
+  six.stacks[0].image.geometry.size[2] = 6;
+  six.stacks[0].image.voxels.resize(static_cast<std::size_t>(six.stacks[0].image.geometry.voxelCount()));
+  expect(six, "too few for every second one to be withheld");
+  const Volume truth = phantom(grid(72, 72, 105, {1, 1, 1}));
+  expect(inputOf({keepEvery(truth, 2, 13)}), "13 pixels apart, and more than 12 are too many");
+  const Volume narrow = phantom(grid(20, 72, 45, {1, 1, 1}));
+  expect(inputOf({keepEvery(narrow, 2, 4)}), "too few pixels");
   ReconstructionInput constant = gappedInput();
   std::fill(constant.stacks[0].image.voxels.begin(), constant.stacks[0].image.voxels.end(), 7.f);
-  for (const float v : reconstruct(constant, quick()).volume.voxels)
+  for (const float v : expect(constant, "the image shows too little to judge it by").voxels)
     ASSERT_NEAR(v, 7, 1e-4);
   ReconstructionInput labels = gappedInput();
   for (float& v : labels.stacks[0].image.voxels)
     v = v > 50 ? 1.f : 0.f;
-  for (const float v : reconstruct(labels, quick()).volume.voxels)
+  for (const float v : expect(labels, "the image is constant, or one of labels").voxels)
     ASSERT_TRUE(v >= 0 && v <= 1);
 }
 
 // At twice such a distance, slices are too far apart to be a scan of their own.
 TEST(JobPrediction, WeighsLearningWhereSlicesAreFarApart) {
-  ReconstructionInput input;
-  input.stacks.push_back(keepEvery(phantom(grid(72, 72, 64, {1, 1, 1})), 2, 7));
-  const auto result = reconstruct(input, quick());
+  const auto result = reconstruct(inputOf({keepEvery(phantom(grid(72, 72, 64, {1, 1, 1})), 2, 7)}), quick());
   EXPECT_EQ(result.prediction.find("Nothing was learned"), std::string::npos) << result.prediction;
 }
 

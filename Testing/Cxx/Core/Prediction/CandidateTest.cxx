@@ -84,8 +84,7 @@ TEST(Candidates, NeverLookAtWithheldOrBrokenVoxels) {
   ThreadPool pool(2);
   Stack stack = keepEvery(balls(), 2, 3);
   const std::int64_t plane = 48 * 44;
-  stack.observed.assign(stack.image.voxels.size(), 1);
-  std::fill_n(stack.observed.begin() + 5 * plane, plane, std::uint8_t{0});
+  withhold(stack, {5});
   stack.image.voxels[2 * plane + 700] = std::nanf("");
   const std::vector<float> before = completeSlices(stack, pool);
   const CandidateChoice chosen = chooseCandidates(stack, before, pool);
