@@ -40,6 +40,15 @@ SliceTiming along(std::vector<double> times, const std::string& direction, int a
   return timing;
 }
 
+/// Empty for a file that is missing or no JSON object.
+json objectIn(const fs::path& file) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) return json::object();
+  std::ifstream in(file, std::ios::binary);
+  json values = json::parse(in, nullptr, false);
+  return values.is_object() ? values : json::object();
+}
+
 } // namespace
 
 fs::path sidecarOf(const fs::path& image) {
@@ -48,11 +57,7 @@ fs::path sidecarOf(const fs::path& image) {
 
 BidsTimes readBidsTimes(const fs::path& file) {
   BidsTimes times;
-  std::error_code ignored;
-  if (!fs::is_regular_file(file, ignored)) return times;
-  std::ifstream in(file, std::ios::binary);
-  const json values = json::parse(in, nullptr, false);
-  if (!values.is_object()) return times; // some other file
+  const json values = objectIn(file);
   const auto list = [&](const char* name) {
     std::vector<double> numbers;
     if (const auto found = values.find(name); found != values.end() && found->is_array())
@@ -71,6 +76,28 @@ BidsTimes readBidsTimes(const fs::path& file) {
       direction != values.end() && direction->is_string())
     times.direction = direction->get<std::string>();
   return times;
+}
+
+BidsSlices readBidsSlices(const fs::path& file, int axis, const GridGeometry& lattice) {
+  BidsSlices slices{axis, 0, {}};
+  const json values = objectIn(file);
+  bool backwards = false;
+  if (const auto found = values.find("SliceEncodingDirection"); found != values.end()) {
+    const std::string direction = found->is_string() ? found->get<std::string>() : "";
+    if (direction.empty() || direction[0] < 'i' || direction[0] > 'k') return slices;
+    slices.axis = direction[0] - 'i';
+    backwards = direction.ends_with('-');
+  }
+  if (const auto found = values.find("SliceThickness"); found != values.end() && found->is_number())
+    slices.thickness = std::max(0.0, found->get<double>());
+  const auto found = values.find("SliceTiming");
+  if (found == values.end() || !found->is_array() ||
+      std::ssize(*found) != lattice.size[static_cast<std::size_t>(slices.axis)] ||
+      !std::all_of(found->begin(), found->end(), [](const json& time) { return time.is_number(); }))
+    return slices;
+  slices.times = found->get<std::vector<double>>();
+  if (backwards) std::reverse(slices.times.begin(), slices.times.end());
+  return slices;
 }
 
 SliceTiming sliceTimingFrom(const std::string& text, const std::string& direction, int axis,

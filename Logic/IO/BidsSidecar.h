@@ -25,6 +25,17 @@ struct BidsTimes {
 /// All empty for a file that is missing or no JSON object. Throws Error(FileFormat).
 BidsTimes readBidsTimes(const std::filesystem::path& file);
 
+/// What a BIDS file (.json) says of the slices of an image that does not move; 0 and empty where it says
+/// nothing, or nothing that fits the lattice.
+struct BidsSlices {
+  int axis = 2;              // lattice axis that counts the slices
+  double thickness = 0;      // mm, SliceThickness
+  std::vector<double> times; // s, SliceTiming, of each slice along the axis
+};
+
+/// axis: counts the slices if the file has no SliceEncodingDirection.
+BidsSlices readBidsSlices(const std::filesystem::path& file, int axis, const GridGeometry& lattice);
+
 /// Slice times (s) of a frame on the lattice from text: one per slice, separated by blanks, commas or lines,
 /// along a direction as BIDS names it ("k", "j-"; "": `axis`). Empty if all are equal. Throws
 /// Error(FileFormat), naming `what`.

@@ -23,6 +23,7 @@ struct Slice {
   GridGeometry geometry; // one slice
   double thickness = 0;
   std::vector<float> voxels;
+  std::optional<double> acquired, triggered; // s after midnight or the trigger
 };
 
 std::string tag(const itk::ImageIOBase& io, const char* key) {
@@ -40,6 +41,31 @@ itk::GDCMImageIO::Pointer openDicom(const std::string& file) {
   return io;
 }
 
+/// From DICOM's HHMMSS.FFFFFF.
+std::optional<double> secondsAfterMidnight(const std::string& text) {
+  const auto time = wholeTextNumber(text);
+  if (!time || text.size() < 6 || !(*time >= 0 && *time < 240000)) return std::nullopt;
+  const double hours = std::floor(*time / 10000), minutes = std::floor(*time / 100) - 100 * hours;
+  return 3600 * hours + 60 * minutes + std::fmod(*time, 100);
+}
+
+/// When the slices were acquired; empty where one does not say, or all say the same.
+std::vector<double> timesOf(const std::vector<Slice>& slices) {
+  for (const auto which : {&Slice::acquired, &Slice::triggered}) {
+    std::vector<double> times;
+    for (const Slice& slice : slices)
+      if (slice.*which && std::isfinite(*(slice.*which))) times.push_back(*(slice.*which));
+    if (times.size() != slices.size()) continue;
+    const auto [first, last] = std::minmax_element(times.begin(), times.end());
+    if (*first == *last) continue;
+    if (constexpr double day = 86400; *last - *first > day / 2) // past midnight
+      for (double& time : times)
+        if (time < day / 2) time += day;
+    return times;
+  }
+  return {};
+}
+
 Slice readSlice(const std::string& file) {
   const std::string what = quoted(pathOf(file));
   return withItk(ErrorCode::FileFormat, what + " is a damaged or unsupported DICOM file; export it again.",
@@ -47,7 +73,12 @@ Slice readSlice(const std::string& file) {
                    const auto io = openDicom(file);
                    const ItkHeader header = describe(*io, what);
                    checkDicomPixels(*io, what);
-                   Slice slice{header.geometry, leadingNumber(tag(*io, "0018|0050")).value_or(0), {}};
+                   Slice slice{header.geometry,
+                               leadingNumber(tag(*io, "0018|0050")).value_or(0),
+                               {},
+                               secondsAfterMidnight(tag(*io, "0008|0032")),
+                               leadingNumber(tag(*io, "0018|1060"))};
+                   if (slice.triggered) *slice.triggered /= 1000; // ms
                    const double count = double(header.geometry.size[0]) * double(header.geometry.size[1]) *
                                         double(header.geometry.size[2]);
                    checkMemoryFor(count * (sizeof(float) + io->GetComponentSize()), what);
@@ -290,7 +321,7 @@ DicomSeries readDicomSeries(const std::filesystem::path& folder, std::optional<i
   std::vector<Slice> slices;
   for (const std::string& file : entries[static_cast<std::size_t>(chosen.value_or(1) - 1)].files)
     slices.push_back(readSlice(file));
-  DicomSeries series{{slices.front().geometry, {}}, slices.front().thickness};
+  DicomSeries series{{slices.front().geometry, {}}, slices.front().thickness, {}};
   if (slices.size() == 1) {
     series.volume.voxels = std::move(slices.front().voxels);
     return series;
@@ -307,6 +338,7 @@ DicomSeries readDicomSeries(const std::filesystem::path& folder, std::optional<i
   const Vec3 step =
       (1.0 / double(slices.size() - 1)) * (slices.back().geometry.origin - slices.front().geometry.origin);
   checkSlices(slices, step, what);
+  series.sliceTimes = timesOf(slices);
 
   GridGeometry& geometry = series.volume.geometry;
   geometry = slices.front().geometry;

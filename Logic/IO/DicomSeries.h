@@ -15,8 +15,9 @@ class ImageIOBase;
 namespace innergs {
 
 struct DicomSeries {
-  Volume volume;             // slices in order along the normal of the image plane
-  double sliceThickness = 0; // mm, (0018,0050); 0 when absent
+  Volume volume;                  // slices in order along the normal of the image plane
+  double sliceThickness = 0;      // mm, (0018,0050); 0 when absent
+  std::vector<double> sliceTimes; // s, of each slice; empty if absent or all equal
 };
 
 /// One stack of a folder, with a description that distinguishes it from the others. Parts of a series that

@@ -1,6 +1,8 @@
 #include "IO/ImageReading.h"
 
 #include "Core/Base/NumberText.h"
+#include "Core/Image/SliceAxis.h"
+#include "IO/BidsSidecar.h"
 #include "IO/DicomSeries.h"
 #include "IO/FilePath.h"
 #include "IO/ItkImage.h"
@@ -14,6 +16,7 @@
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 
+#include <algorithm>
 #include <fstream>
 
 namespace fs = std::filesystem;
@@ -182,6 +185,34 @@ auto withOpenFile(const fs::path& given, const Use& use, bool vectors = false) {
   });
 }
 
+constexpr const char* kDicomThickness = "DICOM (0018,0050)";
+
+/// Thickness and times of the slices, as the header or the sidecar beside a NIfTI says. How far the slices
+/// lie apart tells which axis counts them; what is said of another axis does not count.
+void describeSlices(const OpenFile& file, LoadedImage& loaded) {
+  const GridGeometry& lattice = loaded.volume.geometry;
+  const int axis = sliceAxisOf(lattice.spacing);
+  const auto say = [&](double thickness, const std::string& from) {
+    if (!(thickness > 0)) return;
+    loaded.sliceThickness = thickness;
+    loaded.thicknessFrom = from;
+  };
+  if (file.nrrd) say(file.nrrd->thickness[static_cast<std::size_t>(axis)], "NRRD thicknesses");
+  if (file.meta) say(file.meta->thickness[static_cast<std::size_t>(axis)], "MetaImage ElementSize");
+  if (!file.nifti) return;
+  const fs::path sidecar = sidecarOf(file.given);
+  const int counted = file.nifti->sliceAxis;
+  const BidsSlices bids = readBidsSlices(sidecar, counted >= 0 ? counted : axis, lattice);
+  if (bids.axis == axis) {
+    say(bids.thickness, "SliceThickness in " + quoted(sidecar.filename()));
+    loaded.sliceTimes = bids.times;
+  }
+  if (loaded.sliceTimes.empty() && counted == axis) loaded.sliceTimes = file.nifti->sliceSeconds;
+  const auto& times = loaded.sliceTimes;
+  if (std::all_of(times.begin(), times.end(), [&](double t) { return t == times.front(); }))
+    loaded.sliceTimes.clear(); // all at once
+}
+
 } // namespace
 
 LoadedImage loadImage(const fs::path& given, const ReadOptions& options) {
@@ -191,7 +222,13 @@ LoadedImage loadImage(const fs::path& given, const ReadOptions& options) {
     const std::string what = quoted(given);
     checkGeometry(series.volume.geometry, what);
     chooseFrame({series.volume.geometry, 1, false}, options, what);
-    return {std::move(series.volume), series.sliceThickness, true};
+    LoadedImage loaded;
+    loaded.volume = std::move(series.volume);
+    loaded.sliceThickness = series.sliceThickness;
+    loaded.slicesAreAlongK = true;
+    if (loaded.sliceThickness > 0) loaded.thicknessFrom = kDicomThickness;
+    loaded.sliceTimes = std::move(series.sliceTimes);
+    return loaded;
   }
   if (options.series) {
     checkInputFile(given);
@@ -210,8 +247,10 @@ LoadedImage loadImage(const fs::path& given, const ReadOptions& options) {
       std::string thickness;
       itk::ExposeMetaData<std::string>(file.io->GetMetaDataDictionary(), "0018|0050", thickness);
       loaded.sliceThickness = leadingNumber(thickness).value_or(0);
+      if (loaded.sliceThickness > 0) loaded.thicknessFrom = kDicomThickness;
       loaded.slicesAreAlongK = true;
     }
+    describeSlices(file, loaded);
     loaded.volume.voxels = std::move(readVoxels(file, frame, 1).front());
     return loaded;
   });

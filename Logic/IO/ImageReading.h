@@ -6,11 +6,13 @@ namespace innergs {
 /// An image file or DICOM folder, read as one scalar volume with checked geometry.
 struct LoadedImage {
   Volume volume;
-  double sliceThickness = 0;    // mm, 0 if the file does not say
-  bool slicesAreAlongK = false; // the file defines the slice axis (DICOM)
-  std::int64_t frames = 1;      // number of frames in the file
-  double frameSeconds = 0;      // time between frames, 0 if the file does not say
-  bool tracked = false;         // a sweep of freely positioned 2D images; their positions are not used
+  double sliceThickness = 0;      // mm, 0 if the file does not say
+  bool slicesAreAlongK = false;   // the file defines the slice axis (DICOM)
+  std::int64_t frames = 1;        // number of frames in the file
+  double frameSeconds = 0;        // time between frames, 0 if the file does not say
+  bool tracked = false;           // a sweep of freely positioned 2D images; their positions are not used
+  std::string thicknessFrom;      // where the thickness is said, e.g. "DICOM (0018,0050)"
+  std::vector<double> sliceTimes; // s, of each slice along the axis of readStack(); empty: not said
 };
 
 /// All frames of an image file, unconverted.

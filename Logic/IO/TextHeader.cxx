@@ -97,6 +97,44 @@ void checkSpacing(const TextFields& fields, const std::string& key, const std::s
                 what + " has a voxel spacing that is not finite and above zero; correct its header.");
 }
 
+/// NRRD's thicknesses along the three axes of space; 0 where unknown (NaN).
+std::array<double, 3> thicknesses(const TextFields& fields) {
+  std::array<double, 3> result{};
+  const auto found = fields.find("thicknesses");
+  if (found == fields.end()) return result;
+  std::vector<std::string> values = words(found->second);
+  if (const auto kinds = fields.find("kinds"); values.size() > 3 && kinds != fields.end()) {
+    const std::vector<std::string> axes = words(kinds->second);
+    if (axes.size() != values.size()) return result;
+    std::vector<std::string> spatial;
+    for (std::size_t axis = 0; axis < axes.size(); ++axis)
+      if (axes[axis] == "domain" || axes[axis] == "space") spatial.push_back(values[axis]);
+    values = spatial;
+  }
+  if (values.size() != 3) return result;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (const auto value = wholeTextNumber(values[axis]); value && std::isfinite(*value) && *value > 0)
+      result[axis] = *value;
+  return result;
+}
+
+/// Some writers leave ElementSize at its default, 1: within the slices it must agree with the spacing.
+std::array<double, 3> elementSizes(const TextFields& fields) {
+  std::array<double, 3> result{};
+  const auto size = fields.find("ElementSize"), spacing = fields.find("ElementSpacing");
+  if (size == fields.end() || spacing == fields.end()) return result;
+  const std::vector<double> sizes = numbers(size->second), spacings = numbers(spacing->second);
+  if (sizes.size() < 3 || spacings.size() < 3) return result;
+  std::array<bool, 3> differs{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    differs[axis] = !(std::abs(sizes[axis] - spacings[axis]) <= 1e-3 * spacings[axis]);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (differs[axis] && !differs[(axis + 1) % 3] && !differs[(axis + 2) % 3] && std::isfinite(sizes[axis]) &&
+        sizes[axis] > 0)
+      result[axis] = sizes[axis];
+  return result;
+}
+
 } // namespace
 
 NrrdHeader::NrrdHeader(const std::filesystem::path& path, const std::string& what) {
@@ -114,6 +152,7 @@ NrrdHeader::NrrdHeader(const std::filesystem::path& path, const std::string& wha
   if (numbers(fields.at("sizes")).size() >= 3) checkSpacing(fields, "spacings", what);
   checkFinite(fields, "space directions", "a direction", what);
   checkFinite(fields, "space origin", "an origin", what);
+  thickness = thicknesses(fields);
   const auto kinds = fields.find("kinds");
   sequence = kinds != fields.end() && kinds->second.find("list") != std::string::npos;
   if (!sequence) return;
@@ -158,6 +197,7 @@ MetaHeader::MetaHeader(const std::filesystem::path& path, const std::string& wha
   };
   for (const auto& [key, value] : fields)
     tracked = tracked || (key.starts_with("Seq_Frame") && key.ends_with("Transform"));
+  thickness = elementSizes(fields);
   binary_ = isTrue("BinaryData", false);
   compressed_ = isTrue("CompressedData", false);
   const std::string& data = fields.at("ElementDataFile");

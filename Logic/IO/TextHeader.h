@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -11,9 +12,10 @@ namespace innergs {
 /// or not finite, and Error(FileFormat) if a required field is missing.
 struct NrrdHeader {
   NrrdHeader(const std::filesystem::path& path, const std::string& what);
-  bool sequence = false;            // one axis is a list of frames (3D Slicer's .seq.nrrd)
-  std::string indexName, indexUnit; // of that axis; empty if absent
-  std::vector<double> indexValues;  // one per frame; empty if absent or not all numeric
+  bool sequence = false;             // one axis is a list of frames (3D Slicer's .seq.nrrd)
+  std::string indexName, indexUnit;  // of that axis; empty if absent
+  std::vector<double> indexValues;   // one per frame; empty if absent or not all numeric
+  std::array<double, 3> thickness{}; // of slices along each axis of space, mm; 0: not said
 };
 
 class MetaHeader {
@@ -23,6 +25,9 @@ public:
   /// return what there is.
   bool holds(std::uint64_t bytes) const;
   bool tracked = false; // each slice has its own transform (PLUS sequence files)
+  /// Of slices along each axis, mm, where voxels are larger or smaller (ElementSize) than they lie apart
+  /// (ElementSpacing) along that axis alone; 0: not said.
+  std::array<double, 3> thickness{};
 
 private:
   std::filesystem::path voxelFile_; // empty: several files

@@ -31,7 +31,9 @@ Stack readStack(const std::filesystem::path& path, const ReadOptions& options) {
         quoted(path) + " has a single slice; at least two are needed" +
             (loaded.slicesAreAlongK ? " (give the folder with all slices of the DICOM series)." : "."));
   if (std::isfinite(loaded.sliceThickness) && loaded.sliceThickness > 0)
-    stack.thickness = loaded.sliceThickness;
+    stack.thickness = loaded.sliceThickness, stack.thicknessFrom = loaded.thicknessFrom;
+  if (std::ssize(loaded.sliceTimes) == stack.image.geometry.size[2])
+    stack.times = std::move(loaded.sliceTimes);
   const std::filesystem::path name =
       path.has_filename() ? path.filename() : path.parent_path().filename(); // "folder/" names the folder
   stack.name = utf8(name.empty() ? path : name);

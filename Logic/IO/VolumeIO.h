@@ -20,8 +20,9 @@ struct ReadOptions {
 Volume readVolume(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// Like readVolume(), as a stack to fit (at least two slices). The slice axis is K, or the axis with the
-/// coarsest spacing if it is clearly coarser (then the axes are permuted, at the same patient position). Uses
-/// DICOM's SliceThickness if present. A tracked sweep throws Error(UnsupportedImage).
+/// coarsest spacing if it is clearly coarser (then the axes are permuted, at the same patient position).
+/// Slice thickness and times are those of DICOM, NRRD (thicknesses), MetaImage (ElementSize), NIfTI
+/// (slice_code) or of the BIDS file beside a NIfTI, if said. A tracked sweep throws Error(UnsupportedImage).
 Stack readStack(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// A label image or mask: every non-zero voxel is inside. Throws Error(NoData) if empty.

@@ -174,6 +174,7 @@ Stack cropped(const Stack& stack, const Region& region, double margin) {
   part.profile = stack.profile;
   part.isRegion = stack.isRegion || size != from.size;
   part.name = stack.name;
+  part.thicknessFrom = stack.thicknessFrom;
   part.image.voxels.reserve(part.image.geometry.voxelCount());
   for (std::int64_t k = box.first[2]; k <= box.last[2]; ++k)
     for (std::int64_t j = box.first[1]; j <= box.last[1]; ++j) {

@@ -23,6 +23,7 @@ struct Stack {
   std::vector<double> times;  // per slice, seconds; empty = static
   bool isRegion = false;      // a box cut out of a larger scan
   std::string name;           // for messages and reports (file name)
+  std::string thicknessFrom;  // for reports: where the thickness is said
 };
 
 /// The same voxels as thin slices along lattice axis 0, 1 or 2 (2: the stack itself), as thick as the spacing

@@ -153,6 +153,29 @@ TEST(DicomFolder, EchoesOfOneSeriesAreApart) {
   EXPECT_EQ(readVolume(folder.path(), {.series = 2}).voxels.front(), 60);
 }
 
+TEST(DicomFolder, SaysWhenSlicesWereAcquired) {
+  const auto times = [](const char* tag, const std::vector<std::string>& said) {
+    const TemporaryFolder folder;
+    for (std::size_t k = 0; k < said.size(); ++k)
+      writeDicomSlice(folder / (std::to_string(k) + ".dcm"), {0, 0, 4.0 * static_cast<double>(k)}, {}, 1,
+                      {{"0020|000d", "1.2.3"},
+                       {"0020|000e", "1.2.3.4"},
+                       {"0008|0018", "1.2.3.4." + std::to_string(k + 1)},
+                       {"0018|0050", "4"},
+                       {tag, said[k]}});
+    const Stack stack = readStack(folder.path());
+    EXPECT_EQ(stack.thicknessFrom, "DICOM (0018,0050)");
+    return stack.times;
+  };
+  EXPECT_EQ(times("0008|0032", {"235959.5", "000001.25", "235960", "000003"}),
+            (std::vector<double>{86399.5, 86401.25, 86400, 86403}));
+  EXPECT_EQ(times("0008|0032", {"101502.25", "101501", "101503"}),
+            (std::vector<double>{36902.25, 36901, 36903}));
+  EXPECT_EQ(times("0018|1060", {"0", "1500", "500"}), (std::vector<double>{0, 1.5, 0.5}));
+  EXPECT_TRUE(times("0008|0032", {"101502", "101502", "101502"}).empty());
+  EXPECT_TRUE(times("0020|0012", {"1", "1", "1"}).empty());
+}
+
 TEST(DicomFolder, OfOneSeriesNeedsNoChoice) {
   const TemporaryFolder folder;
   writeDicomStack(folder.path(), "", 5, 3, 4, 10, {}, {{"0018|0050", "4.5"}});

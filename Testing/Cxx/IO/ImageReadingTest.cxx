@@ -209,6 +209,107 @@ TEST(ImageReading, StackKeepsKWhenNothingIsClearlyCoarser) {
   }
 }
 
+std::string rawNrrd(const std::string& fields) {
+  return "NRRD0004\ntype: uchar\ndimension: 3\nspace: left-posterior-superior\nsizes: 4 3 5\n"
+         "space directions: (1,0,0) (0,1,0) (0,0,4)\nspace origin: (0,0,0)\nencoding: raw\n" +
+         fields + "\n" + std::string(60, '\1');
+}
+
+TEST(ImageReading, ThicknessOfNrrd) {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& fields) {
+    writeBytes(folder / "a.nrrd", rawNrrd(fields));
+    return readStack(folder / "a.nrrd");
+  };
+  EXPECT_DOUBLE_EQ(read("thicknesses: NaN NaN 3.25\n").thickness, 3.25);
+  EXPECT_EQ(read("thicknesses: NaN NaN 3.25\n").thicknessFrom, "NRRD thicknesses");
+  for (const char* unknown : {"", "thicknesses: NaN NaN NaN\n", "thicknesses: 3 3 nan\n"}) {
+    EXPECT_EQ(read(unknown).thickness, 0) << unknown;
+    EXPECT_EQ(read(unknown).thicknessFrom, "") << unknown;
+  }
+  writeBytes(folder / "a.seq.nrrd",
+             "NRRD0004\ntype: uchar\ndimension: 4\nspace: left-posterior-superior\nsizes: 2 3 5 4\n"
+             "space directions: none (1,0,0) (0,4,0) (0,0,1)\nkinds: list domain domain domain\n"
+             "thicknesses: NaN NaN 5 NaN\nspace origin: (0,0,0)\nencoding: raw\n\n" +
+                 std::string(120, '\1'));
+  const Stack stack = readStack(folder / "a.seq.nrrd", frame(1));
+  EXPECT_EQ(stack.image.geometry.size[2], 5);
+  EXPECT_DOUBLE_EQ(stack.thickness, 5) << "of the axis that counts the slices";
+}
+
+TEST(ImageReading, ThicknessOfMetaImage) {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& fields) {
+    writeBytes(folder / "a.mha",
+               "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+               "DimSize = 4 3 5\nElementSpacing = 0.8 0.8 4\n" +
+                   fields + "ElementType = MET_UCHAR\nElementDataFile = LOCAL\n" + std::string(60, '\1'));
+    const Stack stack = readStack(folder / "a.mha");
+    EXPECT_DOUBLE_EQ(stack.image.geometry.spacing[2], 4);
+    EXPECT_EQ(stack.thicknessFrom, stack.thickness > 0 ? "MetaImage ElementSize" : "");
+    return stack.thickness;
+  };
+  EXPECT_DOUBLE_EQ(read("ElementSize = 0.8 0.8 5.5\n"), 5.5);
+  EXPECT_EQ(read(""), 0);
+  EXPECT_EQ(read("ElementSize = 0.8 0.8 4\n"), 0);
+  EXPECT_EQ(read("ElementSize = 1 1 1\n"), 0) << "a writer's default";
+}
+
+// The slices of NiftiBytes(4, 3, 6), 4 mm apart along K.
+NiftiBytes thickNifti() {
+  return NiftiBytes(4, 3, 6).set<float>(88, 4).set<float>(320, 4);
+}
+
+TEST(ImageReading, SlicesAsBidsSays) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "a.nii", thickNifti().with(std::string(72, '\1')));
+  const auto read = [&](const std::string& sidecar) {
+    writeBytes(folder / "a.json", sidecar);
+    return readStack(folder / "a.nii");
+  };
+  const std::string timing = R"("SliceTiming": [0, 3, 1, 4, 2, 5])";
+  const Stack stack = read(R"({"SliceThickness": 3.5, )" + timing + "}");
+  EXPECT_DOUBLE_EQ(stack.thickness, 3.5);
+  EXPECT_EQ(stack.thicknessFrom, "SliceThickness in 'a.json'");
+  EXPECT_EQ(stack.times, (std::vector<double>{0, 3, 1, 4, 2, 5}));
+  EXPECT_EQ(read(R"({"SliceEncodingDirection": "k-", )" + timing + "}").times,
+            (std::vector<double>{5, 2, 4, 1, 3, 0}));
+  // What is said of other slices, or is no such value, is no reason to refuse a still image.
+  for (const char* other :
+       {R"({"SliceEncodingDirection": "j", "SliceThickness": 3.5, "SliceTiming": [0, 2, 1]})",
+        R"({"SliceThickness": "thin", "SliceTiming": [0, 1]})", R"({"SliceThickness": -1})",
+        R"({"SliceEncodingDirection": 3, "SliceThickness": 3.5})", R"([1, 2])", R"({"SliceTiming": [)",
+        R"({"SliceTiming": [0, 1, 2, "3", 4, 5]})", R"({"SliceTiming": [1, 1, 1, 1, 1, 1]})"}) {
+    EXPECT_EQ(read(other).thickness, 0) << other;
+    EXPECT_TRUE(read(other).times.empty()) << other;
+  }
+}
+
+TEST(ImageReading, SlicesAlongAnotherAxisAsBidsSays) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "a.nii",
+             NiftiBytes(4, 6, 3).set<float>(84, 4).set<float>(300, 4).with(std::string(72, '\1')));
+  writeBytes(folder / "a.json", R"({"SliceEncodingDirection": "j", "SliceThickness": 3.5,
+                                    "SliceTiming": [0, 3, 1, 4, 2, 5]})");
+  const Stack stack = readStack(folder / "a.nii");
+  EXPECT_EQ(stack.image.geometry.size[2], 6);
+  EXPECT_DOUBLE_EQ(stack.thickness, 3.5);
+  EXPECT_EQ(stack.times, (std::vector<double>{0, 3, 1, 4, 2, 5}));
+}
+
+TEST(ImageReading, SliceOrderOfNifti) {
+  const TemporaryFolder folder;
+  const auto times = [&](char code, float duration) {
+    NiftiBytes header = thickNifti();
+    header.set<char>(39, 3 << 4).set<char>(122, code).set<float>(132, duration).set<std::int16_t>(120, 5);
+    writeBytes(folder / "a.nii", header.with(std::string(72, '\1')));
+    return readStack(folder / "a.nii").times;
+  };
+  EXPECT_EQ(times(3, 0.5f), (std::vector<double>{0, 1.5, 0.5, 2, 1, 2.5}));
+  EXPECT_TRUE(times(0, 0.5f).empty());
+  EXPECT_TRUE(times(3, 0).empty());
+}
+
 TEST(ImageReading, SingleSliceIsAVolumeButNoStack) {
   const TemporaryFolder folder;
   writeBytes(folder / "a.nii", NiftiBytes(3, 3, 1).with(std::string(9, '\1')));
