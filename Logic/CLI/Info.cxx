@@ -3,6 +3,7 @@
 #include "CLI/ReconstructReport.h"
 #include "CLI/Version.h"
 
+#include "Core/Acquisition/SliceOrder.h"
 #include "Core/Base/SystemMemory.h"
 #include "Core/Device/DevicePlugin.h"
 #include "Core/Device/Devices.h"
@@ -149,7 +150,15 @@ Json imageInfo(const std::filesystem::path& path, ReadOptions options) {
   info.update(placed(volume.geometry));
   info["axes_grow_towards"] = orientationCode(volume.geometry.direction);
   info["left_handed"] = determinant(volume.geometry.direction) < 0;
-  if (image.sliceThickness > 0) info["slice_thickness_mm"] = image.sliceThickness;
+  if (image.sliceThickness > 0) {
+    info["slice_thickness_mm"] = image.sliceThickness;
+    info["slice_thickness_from"] = image.thicknessFrom;
+  }
+  if (!image.sliceTimes.empty()) {
+    info["slices_acquired"] = sliceOrderText(image.sliceTimes);
+    if (const int passes = interleavedPasses(image.sliceTimes); passes > 1)
+      info["interleaved_passes"] = passes;
+  }
   if (image.frames > 1) {
     info["frames"] = image.frames;
     info["shown_frame"] = *options.frame;

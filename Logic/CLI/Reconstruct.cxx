@@ -2,6 +2,7 @@
 #include "CLI/Interrupt.h"
 #include "CLI/ProgressDisplay.h"
 #include "CLI/ReconstructReport.h"
+#include "CLI/ScanRemarks.h"
 #include "CLI/Version.h"
 
 #include "Core/Base/Error.h"
@@ -21,6 +22,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <utility>
 
 namespace innergs::cli {
 namespace {
@@ -79,8 +81,10 @@ std::vector<Stack> readScans(const ReconstructOptions& options) {
     if (!series.empty() && std::filesystem::is_directory(options.inputs[n]))
       reading.series = series[series.size() == 1 ? 0 : folder++];
     Stack stack = readStack(options.inputs[n], reading);
-    if (!options.thickness.empty())
+    if (!options.thickness.empty()) {
       stack.thickness = options.thickness[options.thickness.size() == 1 ? 0 : n];
+      stack.thicknessFrom = "--thickness";
+    }
     if (options.profile) stack.profile = *options.profile;
     if (stack.name.empty()) stack.name = options.inputs[n];
     stacks.push_back(std::move(stack));
@@ -194,8 +198,14 @@ int reconstruct(const ReconstructOptions& options) {
     values.span = span;
   }
   checkType(options.type, values, input.stacks.size() == 1 ? "the scan" : "the scans");
+  std::vector<std::string> remarks = scanRemarks(input.stacks, options.settings);
   ReconstructionJob job(std::move(input), options.settings);
-  job.onProgress([&](const Progress& progress) { display.show(progress); });
+  job.onProgress([&](const Progress& progress) {
+    if (progress.phase != Phase::Preparing) // an error in that phase gets its own single line
+      for (const std::string& remark : std::exchange(remarks, {}))
+        display.say(remark);
+    display.show(progress);
+  });
   ReconstructionResult result = job.run(interrupt.token(), !options.output.empty());
   display.finish();
   if (result.cancelled && (!result.model || result.model->field.gaussians.empty()))

@@ -3,6 +3,7 @@
 #include "CLI/Platform.h"
 #include "CLI/Version.h"
 
+#include "Core/Acquisition/SliceOrder.h"
 #include "Core/Job/FoundSlices.h"
 
 #include <itkVersion.h>
@@ -134,7 +135,13 @@ ScanRecord record(const std::string& file, const Stack& stack) {
   const auto& voxels = stack.image.voxels;
   const auto bad = std::count_if(voxels.begin(), voxels.end(), [](float v) { return !std::isfinite(v); });
   const double thickness = stack.thickness > 0 ? stack.thickness : stack.image.geometry.spacing[2];
-  return {file, stack.image.geometry, thickness, stack.profile, bad};
+  return {file,
+          stack.image.geometry,
+          thickness,
+          stack.profile,
+          bad,
+          stack.thickness > 0 ? stack.thicknessFrom : "assumed: the distance between slices",
+          sliceOrderText(stack.times)};
 }
 
 std::string qualitySentence(const ReconstructionResult& result) {
@@ -160,6 +167,8 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
     Json entry{{"file", scan.file}};
     entry.update(toJson(scan.geometry));
     entry["thickness_mm"] = scan.thickness;
+    entry["thickness_from"] = scan.thicknessFrom;
+    entry["slice_order"] = scan.sliceOrder.empty() ? Json() : Json(scan.sliceOrder);
     entry["profile"] = name(scan.profile);
     if (n < result.profiles.scans.size()) {
       const ProfileEstimate& seen = result.profiles.scans[n];

@@ -20,6 +20,8 @@ struct ScanRecord {
   double thickness = 0;
   SliceProfile profile = SliceProfile::Box;
   std::int64_t nonFiniteVoxels = 0;
+  std::string thicknessFrom; // where it is said
+  std::string sliceOrder;    // in which the slices were acquired; empty: not known
 };
 ScanRecord record(const std::string& file, const Stack& stack);
 

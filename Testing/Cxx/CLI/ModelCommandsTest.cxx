@@ -145,7 +145,18 @@ TEST_F(ModelCommandsTest, InfoOnModelPlyAndImage) {
   EXPECT_EQ(image.at("axes_grow_towards"), "LPS");
   EXPECT_EQ(image.at("non_finite_voxels"), 0);
   EXPECT_NE(run({"info", path("scan.nii")}).out.find("axes grow towards:"), std::string::npos);
+  EXPECT_FALSE(image.contains("slice_thickness_from") || image.contains("slices_acquired"));
   expectOneSentence(run({"info", path("no-such-file")}), 1, "no-such-file");
+}
+
+TEST_F(ModelCommandsTest, InfoSaysHowSlicesWereAcquired) {
+  writeVolume(phantom({8, 8, 6}, 4), path("thick.nii"));
+  write("thick.json", R"({"SliceThickness": 3.5, "SliceTiming": [0, 3, 1, 4, 2, 5]})");
+  const auto info = nlohmann::json::parse(run({"info", path("thick.nii"), "--json"}).out);
+  EXPECT_EQ(info.at("slice_thickness_mm"), 3.5);
+  EXPECT_EQ(info.at("slice_thickness_from"), "SliceThickness in 'thick.json'");
+  EXPECT_EQ(info.at("slices_acquired"), "in 2 interleaved passes");
+  EXPECT_EQ(info.at("interleaved_passes"), 2);
 }
 
 TEST_F(ModelCommandsTest, SimulateThickAndSparse) {

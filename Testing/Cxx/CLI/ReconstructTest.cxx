@@ -89,6 +89,44 @@ TEST_F(ReconstructTest, MovesInterleavedPacketsAsAWhole) {
   EXPECT_NE(slices[11].at("matrix_lps"), slices[10].at("matrix_lps"));
 }
 
+TEST_F(ReconstructTest, SaysWhatItAssumesOfTheSlices) {
+  const Volume truth = phantom({40, 40, 40});
+  const std::string a = scan("a.nii.gz", simulateThickStack(truth, 2, 4).image),
+                    b = scan("b.nii.gz", simulateThickStack(truth, 0, 4).image);
+  const auto told = [&](std::vector<std::string> more) {
+    std::vector<std::string> words{"reconstruct",     a,   b,    "--preset",           "fast",
+                                   "--iterations",    "2", "-o", path("out/v.nii.gz"), "--report",
+                                   path("out/r.json")};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    return outcome.err;
+  };
+  const auto inputs = [&] { return nlohmann::json::parse(contents("out/r.json")).at("inputs"); };
+  const auto says = [](const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+  };
+  EXPECT_TRUE(says(told({"--slice-motion", "off"}),
+                   "as thick as they lie apart: a.nii.gz (4 mm), b.nii.gz (4 mm). "));
+  EXPECT_EQ(inputs()[0].at("thickness_from"), "assumed: the distance between slices");
+  EXPECT_TRUE(inputs()[0].at("slice_order").is_null());
+  EXPECT_FALSE(says(told({"--thickness", "4", "--slice-motion", "off"}), "how thick"));
+  EXPECT_EQ(inputs()[1].at("thickness_from"), "--thickness");
+  EXPECT_FALSE(says(told({"--profile", "point", "--slice-motion", "off"}), "how thick"));
+
+  write("a.json", R"({"SliceThickness": 3, "SliceTiming": [0, 5, 1, 6, 2, 7, 3, 8, 4, 9]})");
+  const std::string interleaved = told({"--mask", scan("m.nii.gz", truth), "--held-out", "0.2"});
+  EXPECT_TRUE(says(interleaved, "apart: b.nii.gz (4 mm). ")) << interleaved;
+  EXPECT_TRUE(says(interleaved, "a.nii.gz in 2 interleaved passes. --packets 2 moves")) << interleaved;
+  EXPECT_EQ(inputs()[0].at("thickness_mm"), 3);
+  EXPECT_EQ(inputs()[0].at("thickness_from"), "SliceThickness in 'a.json'");
+  EXPECT_EQ(inputs()[0].at("slice_order"), "in 2 interleaved passes");
+  EXPECT_FALSE(says(told({"--slice-motion", "off"}), "interleaved"));
+  EXPECT_FALSE(says(told({"--packets", "2"}), "--packets"));
+  write("b.json", R"({"SliceTiming": [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]})");
+  EXPECT_TRUE(says(told({}), "b.nii.gz one after the other. --packets, one number"));
+}
+
 TEST_F(ReconstructTest, WritesEverythingAskedFor) {
   const Volume truth = phantom();
   const Volume volume = reconstruct({scan("scan.nii.gz", truth), "--gaussians", "3000", "--iterations", "40",

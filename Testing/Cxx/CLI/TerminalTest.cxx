@@ -50,8 +50,9 @@ TEST_F(TerminalTest, ProgressBar) {
   EXPECT_LT(lastBar, summary);
   for (std::size_t begin = shown.find('\r'), end; begin < lastBar; begin = end) {
     end = std::min(shown.find('\r', begin + 1), shown.size());
-    EXPECT_LT(end - begin, 82u) << "too long for a terminal of 80 columns: "
-                                << shown.substr(begin, end - begin);
+    const std::string bar = shown.substr(begin, end - begin);
+    if (shown.compare(end, 2, "\r\n") == 0) continue; // a sentence, which the terminal wraps
+    EXPECT_LT(bar.size(), 82u) << "too long for a terminal of 80 columns: " << bar;
   }
 }
 
