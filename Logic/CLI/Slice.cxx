@@ -20,7 +20,7 @@ namespace {
 enum class Plane { Axial, Coronal, Sagittal };
 
 struct SliceOptions {
-  std::string model, output, uncertainty;
+  std::string model, output, uncertainty, measured;
   std::optional<Plane> plane;
   std::optional<double> position;
   std::vector<double> centre, origin, normal, u, v, size, spacing;
@@ -139,7 +139,7 @@ void writeGreyPng(const Volume& slice, const SliceOptions& o) {
   std::vector<float> sorted = slice.voxels;
   std::sort(sorted.begin(), sorted.end());
   const auto quantile = [&](double q) { return sorted[static_cast<std::size_t>(q * (sorted.size() - 1))]; };
-  double low = quantile(0.005), high = quantile(0.995);
+  double low = o.measured.empty() ? quantile(0.005) : 0, high = o.measured.empty() ? quantile(0.995) : 1;
   if (o.window || o.level) {
     const double window = o.window.value_or(high - low), level = o.level.value_or((low + high) / 2);
     low = level - window / 2;
@@ -166,6 +166,16 @@ Volume deviationOf(const GridGeometry& plane, const SliceOptions& o) {
   return deviationOn(plane, readVolume(o.uncertainty), pool);
 }
 
+/// 1 where the nearest voxel is not 0; nothing is measured outside the volume.
+Volume measuredOn(const GridGeometry& plane, const SliceOptions& o) {
+  const Volume map = readVolume(o.measured);
+  Mask mask{map.geometry, std::vector<std::uint8_t>(map.voxels.size())};
+  std::transform(map.voxels.begin(), map.voxels.end(), mask.voxels.begin(),
+                 [](float v) { return static_cast<std::uint8_t>(v != 0 && !std::isnan(v)); });
+  const std::vector<std::uint8_t> measured = resampleMask(mask, plane);
+  return {plane, {measured.begin(), measured.end()}};
+}
+
 int slice(const SliceOptions& o) {
   const bool png = fullExtension(o.output) == ".png";
   if (!o.plane && o.normal.empty() && o.u.empty())
@@ -178,13 +188,18 @@ int slice(const SliceOptions& o) {
   OutputFiles files;
   files.read(o.model);
   files.read(o.uncertainty);
+  files.read(o.measured);
   files.add(o.output, png ? OutputFiles::Kind::Png : OutputFiles::Kind::Volume);
   const GaussianField field = loadField(o.model, o.fill);
   const GridGeometry plane = slicePlane(o, field.region());
   checkMemory(8 * plane.voxelCount(), "The slice");
-  const Volume image = o.uncertainty.empty() ? rendered(field, plane, o) : deviationOf(plane, o);
+  const Volume image = !o.measured.empty()      ? measuredOn(plane, o)
+                       : !o.uncertainty.empty() ? deviationOf(plane, o)
+                                                : rendered(field, plane, o);
   if (png)
     writeGreyPng(image, o);
+  else if (!o.measured.empty())
+    warn(writeVolume(image, o.output, OutputType::UInt8));
   else if (!o.uncertainty.empty())
     warn(writeVolume(image, o.output, o.type));
   else
@@ -231,17 +246,25 @@ Subcommand addSlice(CLI::App& app) {
       ->excludes(centre)
       ->excludes(position);
   o->frame.add(*command);
-  addOption(*command, "--uncertainty", o->uncertainty, "FILE",
-            "Shows this volume of reconstruct --uncertainty on the plane instead of the model");
+  auto* uncertainty =
+      addOption(*command, "--uncertainty", o->uncertainty, "FILE",
+                "Shows this volume of reconstruct --uncertainty on the plane instead of the model");
+  auto* measured =
+      addOption(*command, "--measured", o->measured, "FILE",
+                "Shows this volume of reconstruct --measured on the plane instead of the model: 1 where\n"
+                "slices measured something, else 0 (8 bits; .png: white and black)")
+          ->excludes(uncertainty);
   addNumbers(*command, "--size", o->size, {1, 2}, "N",
              "Pixels: one number or columns,rows [covers the model]");
   addNumbers(*command, "--spacing", o->spacing, {1, 2}, "MM",
              "Pixel size in mm: one number or x,y [the model's finest]");
   addOption(*command, "--window", o->window, "W",
             "PNG: width of the grey window, scanner units [99 % of the values]")
-      ->check(CLI::PositiveNumber);
-  addOption(*command, "--level", o->level, "L", "PNG: middle of the grey window, scanner units");
-  addOutputType(*command, o->type);
+      ->check(CLI::PositiveNumber)
+      ->excludes(measured);
+  addOption(*command, "--level", o->level, "L", "PNG: middle of the grey window, scanner units")
+      ->excludes(measured);
+  addOutputType(*command, o->type)->excludes(measured);
   addFill(*command, o->fill);
   addSetting(*command, o->settings, "threads");
   addSetting(*command, o->settings, "selection");

@@ -201,6 +201,40 @@ TEST_F(OutputTest, ASliceShowsHowFarTheModelMayBeOff) {
   EXPECT_FLOAT_EQ(readVolume(path("out/on.nii")).voxels.front(), largest) << "beside the volume";
 }
 
+TEST_F(OutputTest, ASliceShowsWhereNothingWasMeasured) {
+  Volume measured = phantom();
+  const GridGeometry& g = measured.geometry;
+  for (std::int64_t v = 0; v < g.voxelCount(); ++v)
+    measured.voxels[v] = v % g.size[0] < g.size[0] / 2 ? 0 : 1;
+  writeVolume(measured, path("measured.nii"), OutputType::UInt8);
+  const std::vector<std::string> words{"slice", path("m.innergs"), "--normal",
+                                       "1,2,3", "--measured",      path("measured.nii")};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), words.begin(), words.end());
+    return run(more);
+  };
+  const Outcome outcome = with({"--size", "40", "-o", path("out/on.nii")});
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+  const Volume on = readVolume(path("out/on.nii"));
+  const Affine3 pixels = on.geometry.indexToWorld(), toIndex = inverse(g.indexToWorld());
+  int marked = 0, bare = 0;
+  for (std::int64_t v = 0; v < 1600; ++v) {
+    const Vec3 index = toIndex(pixels({double(v % 40), double(v / 40), 0}));
+    bool within = true;
+    for (int a = 0; a < 3; ++a)
+      within = within && index[a] >= -0.5 && index[a] <= double(g.size[a]) - 0.5;
+    const bool expected = within && std::lround(index[0]) >= g.size[0] / 2;
+    if (std::abs(index[0] + 0.5 - std::round(index[0] + 0.5)) < 1e-3) continue; // between two voxels
+    EXPECT_EQ(on.voxels[v], expected ? 1 : 0) << v;
+    ++(expected ? marked : bare);
+  }
+  EXPECT_GT(marked, 50);
+  EXPECT_GT(bare, 50);
+  EXPECT_EQ(with({"-o", path("out/on.png")}).exitCode, 0);
+  EXPECT_EQ(with({"--window", "3", "-o", path("out/on.png")}).exitCode, 2);
+  EXPECT_EQ(with({"--uncertainty", path("measured.nii"), "-o", path("out/on.nii")}).exitCode, 2);
+}
+
 // Accepts positions as 3D Slicer and the app show them.
 TEST_F(OutputTest, PositionsInEitherFrame) {
   const Vec3 c = phantom().geometry.centre();
