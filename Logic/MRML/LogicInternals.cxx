@@ -72,7 +72,10 @@ innergs::JobOutline vtkSlicerInnerGSLogic::Internals::outlineOf(vtkMRMLInnerGSPa
 }
 
 mrml::ThicknessOf vtkSlicerInnerGSLogic::Internals::thicknessOf() const {
-  return [this](vtkMRMLVolumeNode* volume) { return mrml::dicomSliceThickness(volume, dicom); };
+  return [this](vtkMRMLVolumeNode* volume) {
+    const double thickness = mrml::dicomSliceThickness(volume, dicom);
+    return thickness > 0 ? thickness : mrml::bidsSliceThickness(volume);
+  };
 }
 
 std::shared_ptr<mrml::Task> vtkSlicerInnerGSLogic::Internals::taskOf(vtkSlicerInnerGSJob* job) const {

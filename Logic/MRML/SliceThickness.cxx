@@ -1,5 +1,10 @@
 #include "SliceThickness.h"
 
+#include "Core/Image/GridGeometry.h"
+#include "IO/BidsSidecar.h"
+#include "IO/FilePath.h"
+
+#include <vtkMRMLStorageNode.h>
 #include <vtkMRMLVolumeNode.h>
 
 #include <vtkImageData.h>
@@ -23,6 +28,18 @@ double dicomSliceThickness(vtkMRMLVolumeNode* volume, const vtkSlicerInnerGSLogi
   value.imbue(std::locale::classic());
   double thickness = 0;
   return value >> thickness && std::isfinite(thickness) && thickness > 0 ? thickness : 0;
+}
+
+double bidsSliceThickness(vtkMRMLVolumeNode* volume) {
+  vtkMRMLStorageNode* storage = volume && volume->GetImageData() ? volume->GetStorageNode() : nullptr;
+  const std::string name = storage ? storage->GetFullNameFromFileName() : std::string();
+  if (name.empty()) return 0;
+  const std::filesystem::path file = pathOf(name);
+  if (const std::string ending = fullExtension(file); ending != ".nii" && ending != ".nii.gz") return 0;
+  const int* size = volume->GetImageData()->GetDimensions();
+  const BidsSlices slices =
+      readBidsSlices(sidecarOf(file), 2, {{size[0], size[1], size[2]}, {0, 0, 0}, {1, 1, 1}, {}});
+  return slices.axis == 2 ? slices.thickness : 0;
 }
 
 } // namespace innergs::mrml

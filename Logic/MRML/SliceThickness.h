@@ -7,4 +7,7 @@ namespace innergs::mrml {
 /// unknown: no lookup, no such volume, slices that do not match the files, or no positive number there.
 double dicomSliceThickness(vtkMRMLVolumeNode* volume, const vtkSlicerInnerGSLogic::DicomLookup& lookup);
 
+/// The same from the BIDS file beside the NIfTI that a volume was read from or saved to; 0 if unknown.
+double bidsSliceThickness(vtkMRMLVolumeNode* volume);
+
 } // namespace innergs::mrml

@@ -54,7 +54,7 @@ public:
   ///@}
 
   ///@{
-  /// Of one input. Slice thickness in mm; 0 (default): as DICOM says where it is known, else the distance
+  /// Of one input. Slice thickness in mm; 0 (default): as DICOM or a BIDS file says, else the distance
   /// between slices.
   void SetInputSliceThickness(vtkMRMLNode* input, double thickness);
   double GetInputSliceThickness(vtkMRMLNode* input);

@@ -260,8 +260,9 @@ public:
   ///@}
 
   ///@{
-  /// Slice thickness in mm (0018,0050) from the DICOM files that a volume was read from: used for 0 in the
-  /// parameters if its slices lie along K. 0: unknown, as always without a lookup.
+  /// Slice thickness in mm (0018,0050) from the DICOM files that a volume was read from, for which it needs a
+  /// lookup, or SliceThickness in the BIDS file beside its NIfTI: used for 0 in the parameters if its slices
+  /// lie along K. 0: unknown.
   double GetDicomSliceThickness(vtkMRMLVolumeNode* volume);
 #ifndef __VTK_WRAP__
   /// The value of a tag ("0018,0050") of the instance with a SOP instance UID; "" when unknown. Called on the

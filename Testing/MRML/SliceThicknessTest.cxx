@@ -1,5 +1,9 @@
-// Slice thickness from the DICOM files that a volume was read from.
+// Slice thickness from the DICOM files that a volume was read from, or from the BIDS file beside it.
 #include "MrmlFixture.h"
+
+#include <vtkMRMLVolumeArchetypeStorageNode.h>
+
+#include <fstream>
 
 namespace {
 
@@ -63,6 +67,31 @@ TEST_F(SliceThicknessTest, WhatIsNoThicknessIsNotBelieved) {
   setInstances(scan, 9); // a copy that was cropped
   EXPECT_EQ(logic->GetDicomSliceThickness(scan), 0);
   EXPECT_EQ(logic->GetDicomSliceThickness(nullptr), 0);
+}
+
+TEST_F(SliceThicknessTest, OfTheBidsFileBesideANifti) {
+  const auto file = [&](const char* name) { return (folder / name).string(); };
+  const auto sidecar = [&](const std::string& text) { std::ofstream(file("scan.json")) << text; };
+  auto* scan = addThickVolume();
+  auto* storage = vtkMRMLVolumeArchetypeStorageNode::SafeDownCast(
+      scene->AddNewNodeByClass("vtkMRMLVolumeArchetypeStorageNode"));
+  scan->SetAndObserveStorageNodeID(storage->GetID());
+  storage->SetFileName(file("scan.nii.gz").c_str());
+  sidecar(R"({"SliceThickness": 3.5})");
+  EXPECT_EQ(logic->GetDicomSliceThickness(scan), 3.5);
+  storage->SetFileName(file("scan.nrrd").c_str());
+  EXPECT_EQ(logic->GetDicomSliceThickness(scan), 0) << "no NIfTI";
+  storage->SetFileName(file("scan.nii").c_str());
+  EXPECT_EQ(logic->GetDicomSliceThickness(scan), 3.5);
+  setInstances(scan, 10);
+  logic->SetDicomLookup([](const std::string&, const std::string&) { return "4.5"; });
+  EXPECT_EQ(logic->GetDicomSliceThickness(scan), 4.5) << "DICOM takes precedence";
+  logic->SetDicomLookup({});
+  for (const char* other : {"{}", "no JSON", R"({"SliceThickness": "3.5"})",
+                            R"({"SliceThickness": 3.5, "SliceEncodingDirection": "i"})"}) {
+    sidecar(other);
+    EXPECT_EQ(logic->GetDicomSliceThickness(scan), 0) << other;
+  }
 }
 
 } // namespace
