@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 
 namespace innergs {
@@ -24,7 +25,9 @@ constexpr double kConverged = 0.1; // dB
 constexpr double kRidge = 1e-4;
 constexpr double kTukey = 4.685 * 1.4826; // in median deviations
 constexpr double kWorthwhile = 0.5;       // dB
+constexpr double kClear = 3;              // dB: motion of slices looks like less
 constexpr double kAlike = 0.8;            // least correlation of scans of the same tissue
+constexpr double kAir = 0.1;              // share below which Otsu's threshold lies between tissues
 constexpr double kExcess = 1.5;           // of the shared shading relative to the scans' individual shading
 constexpr double kLeast = 0.01;           // range of a scan's own shading that is reported
 
@@ -61,12 +64,23 @@ Common look(std::span<const Stack> stacks, std::span<const std::size_t> part, Th
   const std::vector<Vec3> places = spreadPlaces(box, 0.7 * sigma);
   const std::size_t n = part.size();
   std::vector<double> logs(places.size() * n, kNaN);
+  std::atomic<std::int64_t> seen = 0, body = 0;
   pool.blocks(static_cast<std::int64_t>(places.size()), kBlock, [&](std::int64_t from, std::int64_t to) {
+    std::int64_t all = 0, within = 0;
     for (std::int64_t p = from; p < to; ++p)
       for (std::size_t s = 0; s < n; ++s)
-        if (const auto value = images[s].at(places[p]); value && *value > threshold[s])
+        if (const auto value = images[s].at(places[p])) {
+          ++all;
+          if (!(*value > threshold[s])) continue;
+          ++within;
           logs[p * n + s] = std::log(*value);
+        }
+    seen += all;
+    body += within;
   });
+  if (static_cast<double>(body) > (1 - kAir) * static_cast<double>(seen))
+    for (std::size_t s = 0; s < n; ++s)
+      c.inside[s] = std::log(threshold[s]);
   // Where scans can be compared; a polynomial would go anywhere beyond that.
   std::vector<Vec3> common;
   const Affine3 toIndex = inverse(box.indexToWorld());
@@ -264,8 +278,13 @@ std::vector<double> sharedShading(std::span<const Stack> stacks, const Common& c
   return sharpestShading(logs, terms, kShared - 1, [&] { pool.throwIfStopped(); });
 }
 
+struct Search {
+  double least = kWorthwhile; // dB that a correction must gain
+  bool shared = true;         // also looks for what all scans share
+};
+
 /// The shading of stacks as they lie.
-BiasCorrection findFields(std::span<const Stack> stacks, bool always, ThreadPool& pool) {
+BiasCorrection findFields(std::span<const Stack> stacks, const Search& search, ThreadPool& pool) {
   BiasCorrection result;
   std::vector<std::size_t> part;
   for (std::size_t s = 0; s < stacks.size(); ++s)
@@ -294,7 +313,7 @@ BiasCorrection findFields(std::span<const Stack> stacks, bool always, ThreadPool
     part = alike;
   }
   result.psnrBefore = agreementOf(c, fitFields(c, 1, pool), pool).psnr;
-  if (!(result.psnrAfter >= result.psnrBefore + (always ? 0 : kWorthwhile))) {
+  if (!(result.psnrAfter >= result.psnrBefore + search.least)) {
     result.psnrAfter = result.psnrBefore;
     return result;
   }
@@ -313,7 +332,8 @@ BiasCorrection findFields(std::span<const Stack> stacks, bool always, ThreadPool
     result.scans[part[s]].lowest = std::exp(*low - mean);
     result.scans[part[s]].highest = std::exp(*high - mean);
   }
-  std::vector<double> shared = sharedShading(stacks, c, fields, pool);
+  std::vector<double> shared;
+  if (search.shared) shared = sharedShading(stacks, c, fields, pool);
   if (!shared.empty()) {
     std::array<double, kTerms> all{};
     std::copy(shared.begin(), shared.end(), all.begin() + 1);
@@ -348,11 +368,11 @@ BiasCorrection findFields(std::span<const Stack> stacks, bool always, ThreadPool
 }
 
 /// Shading and alignment in turn, from the given alignment (empty: scans stay) on.
-BiasCorrection alternate(std::span<const Stack> stacks, std::vector<StackAlignment>& alignment, bool always,
-                         ThreadPool& pool) {
+BiasCorrection alternate(std::span<const Stack> stacks, std::vector<StackAlignment>& alignment,
+                         const Search& search, ThreadPool& pool) {
   std::vector<Stack> placed(stacks.begin(), stacks.end());
   if (!alignment.empty()) applyAlignment(alignment, placed);
-  BiasCorrection found = findFields(placed, always, pool);
+  BiasCorrection found = findFields(placed, search, pool);
   for (int round = 0; round < kRounds && !found.scans.empty() && !alignment.empty(); ++round) {
     for (std::size_t s = 0; s < placed.size(); ++s) {
       applyBias(found.scans[s], placed[s], pool);
@@ -363,7 +383,7 @@ BiasCorrection alternate(std::span<const Stack> stacks, std::vector<StackAlignme
       again[s].gain *= alignment[s].gain;
     placed.assign(stacks.begin(), stacks.end());
     applyAlignment(again, placed);
-    BiasCorrection better = findFields(placed, always, pool);
+    BiasCorrection better = findFields(placed, search, pool);
     const bool gains = better.psnrAfter > found.psnrAfter + kConverged;
     alignment = std::move(again);
     found = std::move(better);
@@ -372,31 +392,50 @@ BiasCorrection alternate(std::span<const Stack> stacks, std::vector<StackAlignme
   return found;
 }
 
-} // namespace
-
-BiasCorrection findBias(std::span<const Stack> stacks, std::vector<StackAlignment>& alignment, bool always,
-                        ThreadPool& pool) {
-  BiasCorrection found = alternate(stacks, alignment, always, pool);
+/// The better of alternate() from the alignment and from the headers.
+BiasCorrection find(std::span<const Stack> stacks, std::vector<StackAlignment>& alignment,
+                    const Search& search, ThreadPool& pool) {
+  BiasCorrection found = alternate(stacks, alignment, search, pool);
   if (std::all_of(alignment.begin(), alignment.end(), [](const auto& a) { return a.displacement == 0; }))
     return found;
   // Shading can make the alignment move scans that are already in place.
   std::vector<StackAlignment> still(alignment.size());
-  BiasCorrection other = alternate(stacks, still, always, pool);
+  BiasCorrection other = alternate(stacks, still, search, pool);
   if (other.scans.empty() || !(other.psnrAfter > found.psnrAfter + kConverged)) return found;
   alignment = std::move(still);
   return other;
 }
 
-void applyBias(const BiasCorrection::Scan& scan, Stack& stack, ThreadPool& pool) {
-  if (scan.field.coefficients.empty()) return;
+} // namespace
+
+BiasCorrection findBias(std::span<const Stack> stacks, std::vector<StackAlignment>& alignment, bool always,
+                        ThreadPool& pool) {
+  return find(stacks, alignment, {always ? 0 : kWorthwhile}, pool);
+}
+
+BiasCorrection findShading(std::span<const Stack> stacks, std::vector<StackAlignment>& alignment,
+                           ThreadPool& pool) {
+  std::vector<StackAlignment> refined = alignment;
+  BiasCorrection found = find(stacks, refined, {kClear, false}, pool);
+  if (!found.scans.empty()) alignment = std::move(refined);
+  return found;
+}
+
+void applyBias(const BiasCorrection::Scan& scan, Stack& stack, ThreadPool& pool,
+               const BiasCorrection::Scan* kept) {
+  if (kept && kept->field.coefficients.empty()) kept = nullptr;
+  if (scan.field.coefficients.empty() && !kept) return;
   const GridGeometry& g = stack.image.geometry;
   const Affine3 map = g.indexToWorld();
   pool.blocks(g.size[1] * g.size[2], 16, [&](std::int64_t from, std::int64_t to) {
     for (std::int64_t row = from; row < to; ++row)
-      for (std::int64_t i = 0; i < g.size[0]; ++i)
-        stack.image.voxels[row * g.size[0] + i] *= static_cast<float>(
-            std::exp(-scan.field.logAt(map({static_cast<double>(i), static_cast<double>(row % g.size[1]),
-                                            static_cast<double>(row / g.size[1])}))));
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const Vec3 x = map({static_cast<double>(i), static_cast<double>(row % g.size[1]),
+                            static_cast<double>(row / g.size[1])});
+        double log = scan.field.coefficients.empty() ? 0 : -scan.field.logAt(x);
+        if (kept) log += kept->field.logAt(x);
+        stack.image.voxels[row * g.size[0] + i] *= static_cast<float>(std::exp(log));
+      }
   });
 }
 
@@ -406,8 +445,11 @@ std::string biasSentence(const BiasCorrection::Scan& scan, const std::string& na
                           scan.highest);
 }
 
-std::string biasSentence(const BiasCorrection& c) {
+std::string biasSentence(const BiasCorrection& c, const std::string& kept) {
   if (c.scans.empty()) return {};
+  if (!kept.empty())
+    return formatted("With the same shading, that of %s, the scans agree to %.1f dB (before: %.1f dB).",
+                     kept.c_str(), c.psnrAfter, c.psnrBefore);
   std::string text = formatted("With shading removed, the scans agree to %.1f dB (before: %.1f dB).",
                                c.psnrAfter, c.psnrBefore);
   if (c.sharedHighest > c.sharedLowest)
@@ -417,6 +459,13 @@ std::string biasSentence(const BiasCorrection& c) {
   else
     text += " Shading that all scans share remains.";
   return text;
+}
+
+std::string shadingSentence(const BiasCorrection& c) {
+  if (c.scans.empty()) return {};
+  return formatted("The scans look shaded differently: evened out, they would agree to %.1f dB (as they are: "
+                   "%.1f dB). The setting biasField (--bias-field auto) does that.",
+                   c.psnrAfter, c.psnrBefore);
 }
 
 } // namespace innergs

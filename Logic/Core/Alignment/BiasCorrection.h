@@ -29,12 +29,21 @@ struct BiasCorrection {
 BiasCorrection findBias(std::span<const Stack> stacks, std::vector<StackAlignment>& alignment, bool always,
                         ThreadPool& pool);
 
-/// Divides one aligned stack's values by its field.
-void applyBias(const BiasCorrection::Scan& scan, Stack& stack, ThreadPool& pool);
+/// What findBias() would correct where it is clear (3 dB), without what all scans share: what must not be
+/// taken for motion if it stays. `alignment` is refined likewise.
+BiasCorrection findShading(std::span<const Stack> stacks, std::vector<StackAlignment>& alignment,
+                           ThreadPool& pool);
+
+/// Divides one aligned stack's values by its field; with `kept`, multiplies them by that field, so that all
+/// stacks are shaded alike.
+void applyBias(const BiasCorrection::Scan& scan, Stack& stack, ThreadPool& pool,
+               const BiasCorrection::Scan* kept = nullptr);
 
 /// "Scan 2 is shaded by 0.71 to 1.38 against the others: this was corrected."; "" if it was not.
 std::string biasSentence(const BiasCorrection::Scan& scan, const std::string& name);
-/// What was done to all scans together; "" for nothing.
-std::string biasSentence(const BiasCorrection& correction);
+/// What was done to all scans together; "" for nothing. kept: the scan whose shading all were given, or "".
+std::string biasSentence(const BiasCorrection& correction, const std::string& kept = {});
+/// That scans look shaded and could be corrected; "" if they do not.
+std::string shadingSentence(const BiasCorrection& found);
 
 } // namespace innergs

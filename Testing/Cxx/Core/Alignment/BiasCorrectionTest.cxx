@@ -117,6 +117,36 @@ TEST(BiasCorrection, DoesNotExtrapolate) {
   }
 }
 
+TEST(BiasCorrection, CanGiveAllScansTheShadingOfTheFirst) {
+  ThreadPool pool(2);
+  std::vector<Stack> stacks = scans({bright, flat, dark});
+  std::vector<StackAlignment> still;
+  const BiasCorrection found = findBias(stacks, still, false, pool);
+  ASSERT_EQ(found.scans.size(), 3u);
+  const std::vector<float> first = stacks[0].image.voxels;
+  for (std::size_t s = 0; s < 3; ++s)
+    applyBias(found.scans[s], stacks[s], pool, &found.scans[0]);
+  EXPECT_EQ(stacks[0].image.voxels, first);
+  EXPECT_TRUE(findBias(stacks, still, false, pool).scans.empty()) << "no difference is left";
+  EXPECT_NE(biasSentence(found, "ax").find("that of ax"), std::string::npos);
+}
+
+TEST(BiasCorrection, TellsShadingFromMotion) {
+  ThreadPool pool(2);
+  std::vector<StackAlignment> still;
+  const BiasCorrection shaded = findShading(scans({flat, bright, dark}), still, pool);
+  EXPECT_EQ(shaded.scans.size(), 3u);
+  EXPECT_NE(shadingSentence(shaded).find("--bias-field auto"), std::string::npos);
+  std::vector<Stack> moved = scans({flat, flat, flat});
+  EXPECT_TRUE(findShading(moved, still, pool).scans.empty());
+  moved[1].image.geometry.origin[0] += 2;
+  moved[2].image.geometry.origin[1] -= 1.5;
+  std::vector<StackAlignment> alignment = alignStacks(moved, pool);
+  const BiasCorrection none = findShading(moved, alignment, pool);
+  EXPECT_TRUE(none.scans.empty()) << none.psnrBefore << " to " << none.psnrAfter << " dB";
+  EXPECT_EQ(shadingSentence(none), "");
+}
+
 TEST(BiasCorrection, FindsItTogetherWithMotionAndGain) {
   ThreadPool pool(2);
   const std::vector<Shading> truth{flat, bright, dark};
