@@ -141,16 +141,17 @@ TEST_F(ParameterNodeTest, ReadsScenesOfOldVersions) {
   auto* set = read(
       R"( blending="1" linearIntensity="0" initialisation="1" loss="2" huberDelta="0.3333333333333333" ssimWeight="0" numberOfGaussians="1000" numberOfIterations="77" numberOfMembers="3" paperStopRule="1" allAxes="0" schedule="1" densifyEvery="0" maximumNumberOfGaussians="2000" pointWeight="0.8" selection="2" plateauPatience="7" pruneOpacity="0.05" cutoff="2.3" beta1="0.81" device="cuda:1" relocate="false" consistency="false" fillValue="-1024" numberOfThreads="2" instructionSet="scalar")");
   ASSERT_NE(set, nullptr);
-  EXPECT_EQ(innergs::settingsText(set->GetSettings(), 0),
-            "preset=best; device=cuda:1; fill=-1024; blending=additive; linearIntensity=false; cutoff=2.3; "
-            "initialisation=grid; gaussians=1000; ensembleSize=3; iterations=77; loss=huber; lossWeight=0.8; "
-            "ssimWeight=0; huberDelta=0.3333333333333333; allAxes=false; relocate=false; consistency=false; "
-            "prediction=auto; align=true; biasField=off; n4=false; sliceMotion=auto; packets=0; "
-            "schedule=plateau; plateauPatience=7; "
-            "plateauFactor=0.5; plateauLowest=0.01; "
-            "plateauThreshold=0.0001; "
-            "beta1=0.81; paperStopRule=true; densifyEvery=0; maxGaussians=2000; selection=method2; seed=42; "
-            "heldOutFraction=0");
+  EXPECT_EQ(
+      innergs::settingsText(set->GetSettings(), 0),
+      "preset=best; device=cuda:1; fill=-1024; blending=additive; linearIntensity=false; cutoff=2.3; "
+      "initialisation=grid; gaussians=1000; ensembleSize=3; iterations=77; loss=huber; lossWeight=0.8; "
+      "ssimWeight=0; huberDelta=0.3333333333333333; allAxes=false; relocate=false; consistency=false; "
+      "prediction=auto; align=true; biasField=off; keepBias=false; n4=false; sliceMotion=auto; packets=0; "
+      "schedule=plateau; plateauPatience=7; "
+      "plateauFactor=0.5; plateauLowest=0.01; "
+      "plateauThreshold=0.0001; "
+      "beta1=0.81; paperStopRule=true; densifyEvery=0; maxGaussians=2000; selection=method2; seed=42; "
+      "heldOutFraction=0");
   EXPECT_EQ(set->GetSetting("pruneOpacity"), "0.05");
   EXPECT_EQ(set->GetNumberOfThreads(), 2);
   EXPECT_EQ(set->GetInstructionSet(), "scalar");

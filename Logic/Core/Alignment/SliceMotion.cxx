@@ -7,6 +7,7 @@
 #include "Core/Base/NumberText.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -27,6 +28,9 @@ constexpr double kWorthwhile = 0.5; // dB that poses must gain
 // dB by which one volume must explain all slices better at their poses than at rest. With two stacks, single
 // slices are free enough to fit each other's gaps; packets are not, nor are slices as thin as their pixels.
 constexpr double kConsistentOfTwo = 5, kConsistent = 2, kConsistentWithoutGaps = 0.8;
+constexpr double kFar = 3, kFarAtLeast = 1; // times the median displacement, and mm beyond it: unusually far
+constexpr double kLittle = 0.5;             // weight of slices that are listed
+constexpr std::size_t kMostListed = 10;
 constexpr Level kLevels[] = {{4, 6, 4, 0.1, 8}, {2, 5, 3, 0.1, 8}, {1, 5, 2, 0.24, 8}};
 
 /// The finest spacing of the stacks, or one at which a lattice around these boxes of them is not too large.
@@ -106,6 +110,47 @@ Fit fitOf(const PlacedSlice& slice, const SliceOperator& op, const std::vector<f
     ++fit.pixels;
   }
   return fit;
+}
+
+/// The correlation of slices with a volume where both show the body: values of at least `threshold`.
+double correlationOf(std::span<const PlacedSlice> slices, const SliceOperator& op,
+                     const std::vector<float>& volume, double threshold, ThreadPool& pool) {
+  std::vector<std::array<double, 6>> sums(slices.size());
+  pool.run(static_cast<std::int64_t>(slices.size()), [&](std::int64_t k) {
+    const PlacedSlice& slice = slices[k];
+    if (!(slice.observed > 0 && slice.weight > 0)) return;
+    const std::vector<float> seen = op.project(volume, slice);
+    for (std::size_t p = 0; p < seen.size(); ++p) {
+      const double a = slice.gain * seen[p], b = slice.values[p];
+      if (!(std::min(a, b) >= threshold)) continue;
+      const double products[] = {1, a, b, a * a, b * b, a * b};
+      for (std::size_t n = 0; n < sums[k].size(); ++n)
+        sums[k][n] += products[n];
+    }
+  });
+  std::array<double, 6> all{};
+  for (const auto& sum : sums)
+    for (std::size_t n = 0; n < all.size(); ++n)
+      all[n] += sum[n];
+  const auto [n, a, b, aa, bb, ab] = all;
+  const double va = aa - a * a / n, vb = bb - b * b / n;
+  return va > 0 && vb > 0 ? (ab - a * b / n) / std::sqrt(va * vb) : kNaN;
+}
+
+/// "slices 3 and 7 of cor and 2 of sag (counted from 0)"; `places`: scans and slices.
+std::string listOf(std::span<const std::pair<std::size_t, std::size_t>> places,
+                   std::span<const std::string> names) {
+  const std::size_t shown = std::min(places.size(), kMostListed);
+  std::string text = places.size() == 1 ? "slice" : "slices";
+  for (std::size_t n = 0; n < shown; ++n) {
+    const auto [scan, slice] = places[n];
+    const bool ends = n + 1 == shown || places[n + 1].first != scan;
+    text += formatted(" %zu", slice);
+    if (ends) text += " of " + (scan < names.size() ? names[scan] : formatted("scan %zu", scan + 1));
+    if (n + 1 < shown) text += n + 2 == shown && shown == places.size() ? " and" : ",";
+  }
+  if (places.size() > shown) text += formatted(" and %zu more", places.size() - shown);
+  return text + " (counted from 0)";
 }
 
 struct Work {
@@ -222,6 +267,10 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
   const ValueRange range = observedRange(stacks);
   const bool scales = !belowZero(range);
   Work work{stacks, {}, static_cast<double>(range.high) - range.low};
+  result.scans.resize(stacks.size());
+  std::vector<double> threshold;
+  for (const Stack& stack : stacks)
+    threshold.push_back(bodyThreshold(BlurredStack(stack, 0, pool)));
   std::vector<std::vector<PlacedSlice>> previous;
   bool consistent = true;
   double all = 0, done = 0;
@@ -285,12 +334,17 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
         pool.run(static_cast<std::int64_t>(mine.size()),
                  [&](std::int64_t k) { residual[k] = fitOf(mine[k], op, shown).rms(); });
         if (judging) {
+          Fit whole;
           for (std::size_t k = 0; k < mine.size(); ++k) {
             const Fit fit = fitOf(mine[k], op, shown);
             result.slices[s][k].residual = fit.rms();
-            squaredAfter += fit.squared;
-            pixelsAfter += fit.pixels;
+            whole.squared += fit.squared;
+            whole.pixels += fit.pixels;
           }
+          squaredAfter += whole.squared;
+          pixelsAfter += whole.pixels;
+          result.scans[s] = {correlationOf(mine, op, shown, threshold[s], pool),
+                             psnr(whole.squared, whole.pixels)};
           continue;
         }
         const double sigma = std::max(medianOf(residual), 1e-6 * work.peak);
@@ -353,6 +407,7 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
       for (SlicePose& pose : stack)
         pose = {{}, 0, 0, 1, 1, pose.residual};
     result.rejected = 0;
+    result.scans.clear();
     result.psnrAfter = result.psnrBefore;
   }
   return result;
@@ -415,7 +470,7 @@ void applySliceMotion(const SliceMotion& motion, std::span<Stack> stacks) {
   }
 }
 
-std::string sliceMotionSentence(const SliceMotion& m) {
+std::string sliceMotionSentence(const SliceMotion& m, std::span<const std::string> names) {
   if (!m.moved) return {};
   const std::string how =
       m.packets == 0   ? "The slices were moved one by one"
@@ -425,9 +480,21 @@ std::string sliceMotionSentence(const SliceMotion& m) {
       how + formatted(", half of them by more than %.1f mm or %.1f°: the scans then predict each other's "
                       "slices to %.1f dB (before: %.1f dB).",
                       m.displacement, m.angle, m.psnrAfter, m.psnrBefore);
-  if (m.rejected > 0)
-    text += formatted(" %lld slice%s no other and %s left out.", static_cast<long long>(m.rejected),
-                      m.rejected == 1 ? " fits" : "s fit", m.rejected == 1 ? "was" : "were");
+  std::vector<std::pair<std::size_t, std::size_t>> out, little, far;
+  for (std::size_t s = 0; s < m.slices.size(); ++s)
+    for (std::size_t k = 0; k < m.slices[s].size(); ++k) {
+      const SlicePose& pose = m.slices[s][k];
+      if (pose.weight == 0)
+        out.emplace_back(s, k);
+      else if (pose.weight < kLittle)
+        little.emplace_back(s, k);
+      else if (std::isfinite(pose.residual) && pose.displacement > kFar * m.displacement + kFarAtLeast)
+        far.emplace_back(s, k);
+    }
+  if (!out.empty()) text += " Left out, as they fit no other: " + listOf(out, names) + ".";
+  if (!little.empty())
+    text += " Counted for less than half, as they fit badly: " + listOf(little, names) + ".";
+  if (!far.empty()) text += " Moved much farther than the others: " + listOf(far, names) + ".";
   return text;
 }
 

@@ -3,6 +3,7 @@
 #include "Core/Image/Stack.h"
 
 #include <functional>
+#include <limits>
 #include <string>
 
 namespace innergs {
@@ -22,10 +23,17 @@ struct SliceMotionPlan {
   int packets = 0;     // per stack: slices k, k + packets, … share one pose (interleaved); 0: none do
 };
 
+/// How well the others predict one stack's slices at their poses.
+struct SliceAgreement {
+  double correlation = std::numeric_limits<double>::quiet_NaN(); // in the body
+  double psnr = correlation;                                     // dB, peak: the range of all; NaN: unknown
+};
+
 struct SliceMotion {
   bool moved = false;                         // false: every pose is the identity
   int packets = 0;                            // as in the plan; 0 where every packet is one slice
   std::vector<std::vector<SlicePose>> slices; // per stack
+  std::vector<SliceAgreement> scans;          // per stack
   /// How well the scans predict each other's slices: PSNR in dB, peak: their range; NaN: unknown.
   double psnrBefore = 0, psnrAfter = 0;
   double displacement = 0, angle = 0; // medians over the slices, mm and degrees
@@ -44,8 +52,9 @@ bool hasThickSlices(const Stack& stack);
 SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan& plan, ThreadPool& pool,
                             const std::function<void(double)>& progress = {});
 
-/// What was found, as text for the user; "" if nothing was moved.
-std::string sliceMotionSentence(const SliceMotion& motion);
+/// What was found, as text for the user; "" if nothing was moved. Lists slices that were left out, that count
+/// for less than half, or that moved much farther than the others. names: of the stacks.
+std::string sliceMotionSentence(const SliceMotion& motion, std::span<const std::string> names);
 
 /// Finds poses and gains of single slices (K) of a stack in a volume that was fitted without them, coarse to
 /// fine. render: the volume on a lattice of cubes, NaN or any value where it shows nothing. scales: also

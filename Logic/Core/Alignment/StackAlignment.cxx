@@ -2,6 +2,7 @@
 
 #include "Core/Alignment/Rigid.h"
 #include "Core/Alignment/SamplePlaces.h"
+#include "Core/Alignment/StackAgreement.h"
 #include "Core/Base/Cholesky.h"
 #include "Core/Base/NumberText.h"
 
@@ -326,13 +327,7 @@ void applyAlignment(std::span<const StackAlignment> alignment, std::span<Stack> 
 }
 
 std::string alignmentSentence(const StackAlignment& a, const std::string& name) {
-  if (!a.fits && std::isnan(a.correlation))
-    return name + " shares too little with the other scans to be compared with them: it was not moved. "
-                  "Check that it shows the same body.";
-  if (!a.fits)
-    return name + formatted(" does not fit the other scans (correlation %.2f, PSNR %.1f dB between them): it "
-                            "was not moved. Check that it shows the same body with the same contrast.",
-                            a.correlation, a.psnrAfter);
+  if (!a.fits) return misfitSentence(agreementsOf({&a, 1}).front(), name);
   std::string done;
   if (a.displacement > 0) done = formatted("moved by %.1f mm and turned by %.1f°", a.displacement, a.angle);
   if (a.gain != 1)

@@ -1,7 +1,7 @@
 #pragma once
 #include "Core/Alignment/BiasCorrection.h"
 #include "Core/Alignment/SliceMotion.h"
-#include "Core/Alignment/StackAlignment.h"
+#include "Core/Alignment/StackAgreement.h"
 #include "Core/Device/Devices.h"
 #include "Core/Fit/Densify.h"
 #include "Core/Image/Stack.h"
@@ -59,6 +59,7 @@ struct ReconstructionResult {
   std::optional<Uncertainty> uncertainty; // on the volume's lattice, where asked for and found
   BiasCorrection bias;                    // of several stacks, likewise
   std::vector<StackAlignment> alignment;  // of several stacks, where the settings ask for it
+  std::vector<StackAgreement> agreement;  // of several stacks, whatever the settings
   SliceMotion sliceMotion;                // beyond that, likewise; empty: not looked for
   std::string prediction;                 // a sentence: what fills the gaps between slices; empty: nothing
   ShownProfiles profiles;                 // how thick the slices look

@@ -33,8 +33,37 @@ double psnrOf(const LossSum& sum) {
   return innergs::psnrOf(sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples)));
 }
 
+/// At most so many of the stack's slices, evenly spread.
+Stack someSlices(const Stack& stack, std::int64_t count) {
+  const GridGeometry& g = stack.image.geometry;
+  const std::int64_t step = (g.size[2] + count - 1) / count, first = (g.size[2] - 1) % step / 2;
+  const auto plane = static_cast<std::size_t>(g.size[0] * g.size[1]);
+  Stack some;
+  some.thickness = stack.thickness > 0 ? stack.thickness : g.spacing[2];
+  some.profile = stack.profile;
+  some.image.geometry = g;
+  some.image.geometry.size[2] = 0;
+  some.image.geometry.spacing[2] *= static_cast<double>(step);
+  some.image.geometry.origin = g.indexToWorld()({0, 0, static_cast<double>(first)});
+  for (auto k = static_cast<std::size_t>(first); k < static_cast<std::size_t>(g.size[2]);
+       k += static_cast<std::size_t>(step)) {
+    ++some.image.geometry.size[2];
+    const auto copy = [&](const auto& from, auto& to) {
+      if (!from.empty())
+        to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(k * plane),
+                  from.begin() + static_cast<std::ptrdiff_t>((k + 1) * plane));
+    };
+    copy(stack.image.voxels, some.image.voxels);
+    copy(stack.observed, some.observed);
+    if (!stack.poses.empty()) some.poses.push_back(stack.poses[k]);
+  }
+  return some;
+}
+
 constexpr double kReportEvery = 0.05; // seconds, minimum, while a device iterates
 constexpr double kAnotherBody = 0.3;  // correlation below which two scans show different bodies
+constexpr double kSameBody = 0.8;     // and above which a scan whose slices were moved fits the others
+constexpr std::int64_t kCompared = 8; // slices of each scan that are compared with the result
 
 } // namespace
 
@@ -139,37 +168,83 @@ std::vector<std::string> ReconstructionRun::correct(std::span<Stack> stacks) {
       if (withheld_) corrected_.push_back(stack.image.voxels);
     }
   if (stacks.size() < 2) return sentences;
-  if (settings_.align) {
-    progress_.report(Phase::Aligning, 0);
-    result_.alignment = alignStacks(stacks, *pool_);
+  const BiasCorrection left = placeScans(stacks);
+  std::vector<Stack> even; // without that shading, which would be taken for motion
+  if (!left.scans.empty()) {
+    even.assign(stacks.begin(), stacks.end());
+    for (std::size_t s = 0; s < even.size(); ++s)
+      applyBias(left.scans[s], even[s], *pool_);
   }
-  if (settings_.biasField != BiasFieldKind::Off) {
-    progress_.report(Phase::Aligning, 0);
-    result_.bias = findBias(stacks, result_.alignment, settings_.biasField == BiasFieldKind::On, *pool_);
+  compareScans(stacks, even);
+  moveSlices(stacks, even);
+  const auto add = [&](const std::string& said) {
+    if (!said.empty()) sentences.push_back(said);
+  };
+  std::vector<std::string> names;
+  for (std::size_t s = 0; s < stacks.size(); ++s) {
+    names.push_back(nameOf(stacks[s], s));
+    if (!result_.alignment.empty() && result_.alignment[s].fits)
+      add(alignmentSentence(result_.alignment[s], names[s]));
+    add(misfitSentence(result_.agreement[s], names[s], result_.sliceMotion.moved));
   }
-  if (settings_.align) {
-    applyAlignment(result_.alignment, stacks);
-    for (std::size_t s = 0; s < stacks.size(); ++s)
-      if (std::string said = alignmentSentence(result_.alignment[s], nameOf(stacks[s], s)); !said.empty())
-        sentences.push_back(std::move(said));
-  }
-  for (std::size_t s = 0; s < result_.bias.scans.size(); ++s) {
-    applyBias(result_.bias.scans[s], stacks[s], *pool_);
-    if (std::string said = biasSentence(result_.bias.scans[s], nameOf(stacks[s], s)); !said.empty())
-      sentences.push_back(std::move(said));
-  }
-  if (std::string said = biasSentence(result_.bias); !said.empty()) sentences.push_back(std::move(said));
-  if (!correctsSlices(settings_, stacks)) return sentences;
-  // Slices of another body can only be moved to where they happen to look alike.
-  if (differentBodies() && settings_.sliceMotion == SliceMotionKind::Auto) return sentences;
-  progress_.report(Phase::Aligning, 0);
-  result_.sliceMotion =
-      findSliceMotion(stacks, {settings_.sliceMotion == SliceMotionKind::On, settings_.packets}, *pool_,
-                      [&](double done) { progress_.report(Phase::Aligning, kMotionEnds * done); });
-  applySliceMotion(result_.sliceMotion, stacks);
-  if (const std::string said = sliceMotionSentence(result_.sliceMotion); !said.empty())
-    sentences.push_back(said);
+  for (std::size_t s = 0; s < result_.bias.scans.size(); ++s)
+    add(biasSentence(result_.bias.scans[s], names[s]));
+  add(biasSentence(result_.bias, settings_.keepBias ? names.front() : std::string()));
+  add(shadingSentence(left));
+  add(sliceMotionSentence(result_.sliceMotion, names));
   return sentences;
+}
+
+/// Aligns whole scans and evens out their shading. Returns shading that was found but is left in them.
+BiasCorrection ReconstructionRun::placeScans(std::span<Stack> stacks) {
+  progress_.report(Phase::Aligning, 0);
+  if (settings_.align) result_.alignment = alignStacks(stacks, *pool_);
+  BiasCorrection left;
+  if (settings_.biasField != BiasFieldKind::Off)
+    result_.bias = findBias(stacks, result_.alignment, settings_.biasField == BiasFieldKind::On, *pool_);
+  else if (settings_.align) // where scans lie apart, their differences look like shading
+    left = findShading(stacks, result_.alignment, *pool_);
+  if (settings_.align) applyAlignment(result_.alignment, stacks);
+  evenOut(result_.bias, stacks);
+  return left;
+}
+
+/// Divides aligned stacks by their bias fields, or gives them all that of the first.
+void ReconstructionRun::evenOut(const BiasCorrection& bias, std::span<Stack> stacks) {
+  for (std::size_t s = 0; s < bias.scans.size(); ++s)
+    applyBias(bias.scans[s], stacks[s], *pool_, settings_.keepBias ? &bias.scans.front() : nullptr);
+}
+
+/// Measures how well the scans agree as they lie. even: the same without their shading; none: they have none.
+void ReconstructionRun::compareScans(std::span<const Stack> stacks, std::span<const Stack> even) {
+  const bool aligned = !result_.alignment.empty();
+  result_.agreement =
+      aligned && even.empty() ? agreementsOf(result_.alignment) : compareStacks(stacks, *pool_);
+  if (even.empty()) return;
+  const std::vector<StackAgreement> same =
+      aligned ? agreementsOf(result_.alignment) : compareStacks(even, *pool_);
+  for (std::size_t s = 0; s < same.size(); ++s)
+    result_.agreement[s].fits = same[s].fits;
+}
+
+/// Moves the stacks' slices to where they agree best, as found in `even` if that is not empty.
+void ReconstructionRun::moveSlices(std::span<Stack> stacks, std::span<const Stack> even) {
+  if (!correctsSlices(settings_, stacks)) return;
+  // Slices of another body can only be moved to where they happen to look alike.
+  if (differentBodies() && settings_.sliceMotion == SliceMotionKind::Auto) return;
+  progress_.report(Phase::Aligning, 0);
+  SliceMotion& motion = result_.sliceMotion;
+  motion = findSliceMotion(even.empty() ? std::span<const Stack>(stacks) : even,
+                           {settings_.sliceMotion == SliceMotionKind::On, settings_.packets}, *pool_,
+                           [&](double done) { progress_.report(Phase::Aligning, kMotionEnds * done); });
+  applySliceMotion(motion, stacks);
+  for (std::size_t s = 0; motion.moved && s < stacks.size(); ++s) {
+    StackAgreement& mine = result_.agreement[s];
+    mine.correlation = motion.scans[s].correlation;
+    mine.psnr = motion.scans[s].psnr;
+    mine.ratio = 1;
+    mine.fits = mine.fits || mine.correlation >= kSameBody;
+  }
 }
 
 /// Whether the alignment found scans that do not go together.
@@ -582,7 +657,9 @@ Stack ReconstructionRun::placedStack(std::size_t index, const RenderOptions& opt
   std::vector<Stack> whole{input_.stacks[index]};
   if (!corrected_.empty()) whole.front().image.voxels = corrected_[index];
   if (!result_.alignment.empty()) applyAlignment(std::span(&result_.alignment[index], 1), whole);
-  if (!result_.bias.scans.empty()) applyBias(result_.bias.scans[index], whole.front(), *pool_);
+  if (!result_.bias.scans.empty())
+    applyBias(result_.bias.scans[index], whole.front(), *pool_,
+              settings_.keepBias ? &result_.bias.scans.front() : nullptr);
   if (!result_.sliceMotion.moved) return std::move(whole.front());
   SliceMotion motion;
   motion.moved = true;
@@ -636,7 +713,28 @@ void ReconstructionRun::renderResult(const std::stop_token& stop) {
   progress_.report(Phase::Rendering, fromFit(kResidualEnds));
   const RenderOptions options = renderOptions(model_.field, stop);
   result_.volume = render(model_.field, prepared_.outputGrid, options);
-  if (withheld_) scoreHeldOut(options);
+  if (withheld_)
+    scoreHeldOut(options);
+  else
+    compareWithScans(options);
+}
+
+/// Measures how well the result shows some of the slices of each of several scans.
+void ReconstructionRun::compareWithScans(const RenderOptions& options) {
+  const auto& stacks = prepared_.stacks;
+  if (result_.agreement.size() != stacks.size()) return;
+  for (std::size_t s = 0; s < stacks.size(); ++s) {
+    const Stack some = someSlices(stacks[s], kCompared);
+    const Volume seen = renderStack(model_.field, some, options);
+    LossSum sum;
+    for (std::size_t v = 0; v < seen.voxels.size(); ++v) {
+      const double e = (seen.voxels[v] - some.image.voxels[v]) / model_.field.intensityScale;
+      if ((!some.observed.empty() && !some.observed[v]) || !std::isfinite(e)) continue;
+      sum.squared += e * e;
+      ++sum.samples;
+    }
+    if (sum.samples > 0) result_.agreement[s].fittedPsnr = psnrOf(sum);
+  }
 }
 
 RenderOptions ReconstructionRun::renderOptions(const GaussianField& field, std::stop_token stop) {

@@ -41,6 +41,10 @@ public:
 
 private:
   std::vector<std::string> correct(std::span<Stack> stacks);
+  BiasCorrection placeScans(std::span<Stack> stacks);
+  void evenOut(const BiasCorrection& bias, std::span<Stack> stacks);
+  void compareScans(std::span<const Stack> stacks, std::span<const Stack> even);
+  void moveSlices(std::span<Stack> stacks, std::span<const Stack> even);
   bool differentBodies() const;
   void choose();
   Volume fieldAlone(const Stack& stack, const GridGeometry& grid, const Settings& settings, double from,
@@ -64,6 +68,7 @@ private:
   void renderResult(const std::stop_token& stop);
   Stack placedStack(std::size_t index, const RenderOptions& options);
   void scoreHeldOut(const RenderOptions& options);
+  void compareWithScans(const RenderOptions& options);
   RenderOptions renderOptions(const GaussianField& field, std::stop_token stop);
   /// Reports where the fit runs.
   void reportDevice();

@@ -94,6 +94,7 @@ struct Settings {
   SliceMotionKind sliceMotion = SliceMotionKind::Auto; // several scans: see Alignment/SliceMotion.h
   int packets = 0;                                     // of slices that move together; 0: none do
   BiasFieldKind biasField = BiasFieldKind::Off;        // several scans: see Alignment/BiasCorrection.h
+  bool keepBias = false;                               // with the bias field of the first scan
   bool n4 = false;                                     // needs ReconstructionInput::n4
   double fill = 0;                                     // scanner units
   int threads = 0;                                     // 0: all cores

@@ -131,6 +131,9 @@ const std::vector<Setting>& settingsTable() {
               {.words = {{"off", tr("off")},
                          {"auto", tr("automatic"), tr("Where the scans agree better without it.")},
                          {"on", tr("on")}}}),
+      Setting("keepBias", MEMBER(keepBias), Fit, tr("Keep the shading"),
+              tr("Several scans whose bias fields are estimated: give all scans, and so the result, the bias "
+                 "field of the first, in place of none.")),
       Setting(
           "n4", MEMBER(n4), Fit, tr("N4 before the fit"),
           tr("Before anything else, divide each scan by the bias field that ITK's N4 finds in it alone.")),

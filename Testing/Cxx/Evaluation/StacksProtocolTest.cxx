@@ -173,6 +173,19 @@ TEST(StacksProtocol, ScoresShadingThatIsEvenedOut) {
   EXPECT_NE(jsonReport(reports).find("\"bias_errors\""), std::string::npos);
 }
 
+TEST(StacksProtocol, LosesNothingByTakingShadingForMotion) {
+  StacksCase c = smallCase();
+  c.shading = 0.4;
+  EvaluationOptions options;
+  options.settings.preset = Preset::Fast;
+  options.settings.device = "cpu";
+  for (c.seed = 1; c.seed <= 2; ++c.seed) {
+    const EvaluationReport report = evaluateStacks(testing::headPhantom(48), c, options);
+    ASSERT_EQ(report.methods[1].name, "uncorrected");
+    EXPECT_GT(report.methods[0].psnr, report.methods[1].psnr - 0.1) << "seed " << c.seed;
+  }
+}
+
 TEST(StacksProtocol, ScoresWithAndWithoutCorrection) {
   const Volume head = testing::headPhantom(44); // so round that scans could be turned by chance
   StacksCase c = smallCase();

@@ -228,7 +228,7 @@ TEST(SliceMotion, FindsWhereSlicesLie) {
   // The mean of so few motions is not none, and no method can know it.
   EXPECT_LT(median(errors(stacks, motion)), 0.75);
   EXPECT_LT(motion.rejected, 3);
-  EXPECT_NE(sliceMotionSentence(motion).find("moved one by one"), std::string::npos);
+  EXPECT_NE(sliceMotionSentence(motion, {}).find("moved one by one"), std::string::npos);
   std::vector<Stack> placed = withoutPoses(stacks);
   applySliceMotion(motion, placed);
   EXPECT_EQ(placed[1].poses[4], motion.slices[1][4].pose);
@@ -255,8 +255,8 @@ TEST(SliceMotion, OfPacketsIsFoundBetterTogether) {
   EXPECT_NE(packets.slices[0][0].pose, packets.slices[0][1].pose);
   EXPECT_LT(spread(stacks, packets), 0.15);
   EXPECT_LT(spread(stacks, packets), 0.5 * spread(stacks, slices));
-  EXPECT_NE(sliceMotionSentence(packets).find("in 2 interleaved packets,"), std::string::npos)
-      << sliceMotionSentence(packets);
+  EXPECT_NE(sliceMotionSentence(packets, {}).find("in 2 interleaved packets,"), std::string::npos)
+      << sliceMotionSentence(packets, {});
 }
 
 TEST(SliceMotion, OfOnePacketIsThatOfTheScan) {
@@ -265,7 +265,7 @@ TEST(SliceMotion, OfOnePacketIsThatOfTheScan) {
   const SliceMotion motion = findSliceMotion(withoutPoses(stacks), {.packets = 1}, pool);
   EXPECT_EQ(motion.slices[2].front().pose, motion.slices[2].back().pose);
   EXPECT_LT(spread(stacks, motion), 0.15);
-  EXPECT_NE(sliceMotionSentence(motion).find("moved together,"), std::string::npos);
+  EXPECT_NE(sliceMotionSentence(motion, {}).find("moved together,"), std::string::npos);
 }
 
 TEST(SliceMotion, OfPacketsOfOneSliceIsThatOfSlices) {
@@ -322,7 +322,7 @@ TEST(SliceMotion, LeavesStillSlicesAlone) {
       const std::vector<Stack> stacks = withoutPoses(movingScans(count, 0));
       const SliceMotion motion = findSliceMotion(stacks, {.packets = packets}, pool);
       EXPECT_FALSE(motion.moved) << count << ": " << motion.psnrBefore << " to " << motion.psnrAfter << " dB";
-      EXPECT_EQ(sliceMotionSentence(motion), "");
+      EXPECT_EQ(sliceMotionSentence(motion, {}), "");
       for (const auto& stack : motion.slices)
         for (const SlicePose& slice : stack) {
           EXPECT_EQ(slice.pose, Affine3{});
@@ -342,10 +342,36 @@ TEST(SliceMotion, LeavesOutASliceThatFitsNowhere) {
   EXPECT_EQ(motion.slices[1][6].weight, 0);
   EXPECT_GE(motion.rejected, 1);
   EXPECT_LT(motion.rejected, 4);
-  EXPECT_NE(sliceMotionSentence(motion).find("left out"), std::string::npos);
+  const std::vector<std::string> names{"ax", "cor", "sag"};
+  const std::string said = sliceMotionSentence(motion, names);
+  EXPECT_NE(said.find("Left out, as they fit no other: slice"), std::string::npos) << said;
+  EXPECT_NE(said.find(" 6 of cor"), std::string::npos) << said;
   applySliceMotion(motion, stacks);
   EXPECT_EQ(stacks[1].observed[6 * plane], 0);
   EXPECT_EQ(stacks[1].observed[7 * plane], 1);
+}
+
+TEST(SliceMotion, ListsAtMostTenSlicesAndThoseThatWentFar) {
+  SliceMotion motion;
+  motion.moved = true;
+  motion.displacement = 1;
+  motion.slices.assign(2, std::vector<SlicePose>(12));
+  for (auto& stack : motion.slices)
+    for (SlicePose& slice : stack)
+      slice.weight = 0;
+  motion.slices[0][0].weight = motion.slices[1][1].weight = 1;
+  motion.slices[0][0].displacement = 4.5;
+  motion.slices[1][1].displacement = 3.5;
+  motion.slices[1][2].weight = 0.3;
+  const std::vector<std::string> names{"ax", "cor"};
+  const std::string said = sliceMotionSentence(motion, names);
+  EXPECT_NE(
+      said.find("fit no other: slices 1, 2, 3, 4, 5, 6, 7, 8, 9, 10 of ax and 11 more (counted from 0)."),
+      std::string::npos)
+      << said;
+  EXPECT_NE(said.find("for less than half, as they fit badly: slice 2 of cor"), std::string::npos) << said;
+  EXPECT_NE(said.find("Moved much farther than the others: slice 0 of ax (counted"), std::string::npos)
+      << said;
 }
 
 TEST(SliceMotion, IsTheSameByAnyNumberOfThreadsAndStops) {

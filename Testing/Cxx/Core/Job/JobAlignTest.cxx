@@ -56,7 +56,33 @@ TEST(JobAlign, LeavesAScanOfAnotherBodyWhereItIs) {
   Settings settings = fastSettings();
   settings.align = false;
   settings.sliceMotion = SliceMotionKind::Off;
-  EXPECT_EQ(result.volume.voxels, reconstruct(input, settings).volume.voxels) << "as it was scanned";
+  const ReconstructionResult off = reconstruct(input, settings);
+  EXPECT_EQ(result.volume.voxels, off.volume.voxels) << "as it was scanned";
+  ASSERT_EQ(off.warnings.size(), 1u) << "it is named whatever is switched off";
+  EXPECT_EQ(off.warnings[0].find("other.nii does not fit the other scans"), 0u) << off.warnings[0];
+}
+
+TEST(JobAlign, SaysHowWellScansAgreeBeforeAndAfterTheFit) {
+  const ReconstructionInput input = twoScans(testing::spherePhantom(48, 48, 3), 0, 1);
+  for (const bool align : {true, false}) {
+    Settings settings = fewIterations();
+    settings.align = align;
+    if (!align) settings.sliceMotion = SliceMotionKind::Off;
+    const ReconstructionResult result = reconstruct(input, settings);
+    EXPECT_TRUE(result.warnings.empty());
+    ASSERT_EQ(result.agreement.size(), 2u);
+    for (const StackAgreement& a : result.agreement) {
+      EXPECT_TRUE(a.fits);
+      EXPECT_NEAR(a.fittedPsnr, result.trainingPsnr, 4);
+    }
+    EXPECT_GT(result.agreement[1].psnr, 20);
+    const std::string said = agreementSentence(result.agreement);
+    EXPECT_EQ(said.find("The scans agree"), 0u) << said;
+    EXPECT_NE(said.find("which it was fitted to, at "), std::string::npos) << said;
+  }
+  ReconstructionInput one = input;
+  one.stacks.pop_back();
+  EXPECT_TRUE(reconstruct(one, fewIterations()).agreement.empty());
 }
 
 TEST(JobAlign, SaysByHowMuchAScanOnAnotherScaleWasMultiplied) {

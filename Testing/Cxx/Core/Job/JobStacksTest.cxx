@@ -1,8 +1,10 @@
 // Several scans that do not go together as they should.
+#include "Alignment/HeadPhantom.h"
 #include "JobInputs.h"
 #include "Prediction/SpherePhantom.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace innergs {
@@ -100,6 +102,69 @@ TEST(JobStacks, OfWildlyDifferentIntensitiesAreScaled) {
     EXPECT_NEAR(result.alignment[1].gain, 1 / factor, 0.02 / factor) << factor;
     EXPECT_GT(psnr(result.volume, truth), same - 0.5) << factor;
   }
+}
+
+/// Three still scans of a head, each shaded in its own way.
+ReconstructionInput shadedScans() {
+  const Volume truth = testing::headPhantom(56);
+  ReconstructionInput input;
+  input.outputGrid = truth.geometry;
+  for (int s = 0; s < 3; ++s) {
+    Stack stack = simulateThickStack(truth, 2 - s, 4, 1, static_cast<std::uint64_t>(s) + 1);
+    const GridGeometry& g = stack.image.geometry;
+    const Affine3 map = g.indexToWorld();
+    for (std::int64_t v = 0; v < g.voxelCount(); ++v) {
+      const Vec3 x = map({static_cast<double>(v % g.size[0]), static_cast<double>(v / g.size[0] % g.size[1]),
+                          static_cast<double>(v / (g.size[0] * g.size[1]))});
+      const double u = x[s] / 28 - 1, w = x[(s + 1) % 3] / 28 - 1;
+      stack.image.voxels[v] *= static_cast<float>(1 + 0.35 * (0.8 * u - 0.4 * w * w + 0.2));
+    }
+    stack.name = std::array{"ax", "cor", "sag"}[s];
+    input.stacks.push_back(std::move(stack));
+  }
+  return input;
+}
+
+TEST(JobStacks, ThatAreShadedAreNotMovedToMakeUpForIt) {
+  const ReconstructionInput input = shadedScans();
+  const ReconstructionResult result = reconstruct(input, quick());
+  EXPECT_FALSE(result.sliceMotion.moved);
+  for (const StackAlignment& a : result.alignment)
+    EXPECT_EQ(a.displacement, 0);
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_NE(result.warnings.back().find("look shaded differently"), std::string::npos)
+      << result.warnings.back();
+  EXPECT_TRUE(result.bias.scans.empty()) << "nothing was corrected";
+  for (const StackAgreement& a : result.agreement)
+    EXPECT_TRUE(a.fits) << a.correlation;
+}
+
+TEST(JobStacks, CanKeepTheShadingOfTheFirst) {
+  const ReconstructionInput input = shadedScans();
+  Settings settings = quick();
+  settings.biasField = BiasFieldKind::Auto;
+  const ReconstructionResult flat = reconstruct(input, settings);
+  settings.keepBias = true;
+  const ReconstructionResult kept = reconstruct(input, settings);
+  ASSERT_EQ(kept.bias.scans.size(), 3u);
+  const Affine3 map = kept.volume.geometry.indexToWorld();
+  const auto& n = kept.volume.geometry.size;
+  double squared = 0, shading = 0, count = 0;
+  for (std::int64_t v = 0; v < kept.volume.geometry.voxelCount(); v += 7) {
+    const double own = flat.volume.voxels[v];
+    if (own < 60) continue;
+    const double log = kept.bias.scans[0].field.logAt(
+        map({static_cast<double>(v % n[0]), static_cast<double>(v / n[0] % n[1]),
+             static_cast<double>(v / (n[0] * n[1]))}));
+    squared += std::pow(std::log(kept.volume.voxels[v] / own) - log, 2);
+    shading += log * log;
+    ++count;
+  }
+  ASSERT_GT(count, 500);
+  EXPECT_LT(squared, 0.1 * shading);
+  EXPECT_TRUE(std::any_of(kept.warnings.begin(), kept.warnings.end(), [](const std::string& said) {
+    return said.find("With the same shading, that of ax") != std::string::npos;
+  }));
 }
 
 TEST(JobStacks, WithMovedSlicesAreFittedForLongerWhereTheyAgree) {
