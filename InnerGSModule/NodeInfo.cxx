@@ -243,6 +243,7 @@ Report reportOf(vtkSlicerInnerGSJob* job) {
   if (vtkMRMLInnerGSModelNode* model = job->GetModelNode())
     report.gaussians = model->IsEmpty() ? 0 : model->GetModel()->GetNumberOfGaussians();
   report.profile = QString::fromStdString(job->GetProfileNote());
+  report.agreement = QString::fromStdString(job->GetAgreementNote());
   report.prediction = QString::fromStdString(job->GetPredictionNote());
   report.device = QString::fromStdString(job->GetDeviceNote());
   report.settings = QString::fromStdString(job->GetUsedSettings());

@@ -71,6 +71,7 @@ void LogPanel::addReport(const Report& report) {
   for (const QString& warning : report.warnings)
     add(tr("Warning: %1").arg(sentence(warning)));
   if (!report.profile.isEmpty()) add(report.profile);
+  if (!report.agreement.isEmpty()) add(report.agreement);
   if (!report.prediction.isEmpty()) add(report.prediction);
   if (!report.uncertainty.isEmpty()) add(tr("Uncertainty: %1").arg(report.uncertainty));
   if (std::isfinite(report.trainingPsnr))

@@ -77,6 +77,7 @@ QString verdictText(const Report& report) {
 QualityCard::QualityCard(QWidget* parent)
     : QWidget(parent), summary_(makeWrappedLabel("resultSummary", this)),
       profile_(makeWrappedLabel("resultProfile", this)),
+      agreement_(makeWrappedLabel("resultAgreement", this)),
       prediction_(makeWrappedLabel("resultPrediction", this)),
       uncertainty_(makeWrappedLabel("resultUncertainty", this)),
       verdict_(makeWrappedLabel("qualityVerdict", this)), heldOut_(makeWrappedLabel("heldOutQuality", this)),
@@ -86,8 +87,8 @@ QualityCard::QualityCard(QWidget* parent)
   table_->setObjectName("qualityTable");
   warnings_->setObjectName("resultWarnings");
   auto* layout = layoutWithoutMargins<QVBoxLayout>(this);
-  for (QWidget* part : QWidgetList{summary_, profile_, prediction_, uncertainty_, warnings_, verdict_, table_,
-                                   samples_, heldOut_, training_})
+  for (QWidget* part : QWidgetList{summary_, agreement_, profile_, prediction_, uncertainty_, warnings_,
+                                   verdict_, table_, samples_, heldOut_, training_})
     layout->addWidget(part);
   hide();
 }
@@ -114,6 +115,7 @@ void QualityCard::setReport(const Report& report) {
     label->setVisible(!text.isEmpty());
   };
   set(profile_, report.profile);
+  set(agreement_, report.agreement);
   set(prediction_, report.prediction);
   set(uncertainty_, report.uncertainty.isEmpty() ? QString() : tr("Uncertainty: %1").arg(report.uncertainty));
   set(verdict_, scopeText(report) + verdictText(report));

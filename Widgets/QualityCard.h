@@ -21,7 +21,8 @@ public:
 private:
   void setTable(const QVector<QualityRow>& rows);
 
-  QLabel *summary_, *profile_, *prediction_, *uncertainty_, *verdict_, *heldOut_, *samples_, *training_;
+  QLabel *summary_, *agreement_, *profile_, *prediction_, *uncertainty_, *verdict_, *heldOut_, *samples_,
+      *training_;
   MessageLine* warnings_;
   QWidget* table_;
   QGridLayout* grid_;

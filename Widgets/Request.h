@@ -81,6 +81,7 @@ struct Report {
   QString uncertainty;                // how often its intervals hold, a sentence; "": none
   QStringList warnings;               // sentences
   QString profile;                    // how thick the slices look, a sentence; "": unknown
+  QString agreement;                  // how well several scans agree, sentences; "": one scan
   QString prediction;                 // what was put between the slices, a sentence; "": nothing
   double trainingPsnr = NAN;          // dB on the fitted samples: not held out
   Judging judging = Judging::NotAsked;

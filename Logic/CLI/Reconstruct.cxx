@@ -223,6 +223,7 @@ int reconstruct(const ReconstructOptions& options) {
                           result.iterations, durationText(result.seconds), qualitySentence(result),
                           files.written()));
   if (!result.profiles.sentence.empty()) display.say(result.profiles.sentence);
+  if (const std::string said = agreementSentence(result.agreement); !said.empty()) display.say(said);
   if (result.uncertainty) display.say("Uncertainty: " + uncertaintySentence(*result.uncertainty));
   const bool unknown = asksForUncertainty(options) && !result.uncertainty && interrupt.requested();
   return unknown || result.judging == Judging::Stopped ? Interrupted : Success;

@@ -77,6 +77,18 @@ Json alignmentOf(const ReconstructionResult& result) {
   return scans;
 }
 
+/// How well each scan agrees with the others before the fit, and with the result after it.
+Json agreementsIn(const ReconstructionResult& result) {
+  if (result.agreement.size() < 2) return {};
+  Json scans = Json::array();
+  for (const StackAgreement& a : result.agreement)
+    scans.push_back({{"fits", a.fits},
+                     {"correlation", known(a.correlation)},
+                     {"psnr_to_others_db", known(a.psnr)},
+                     {"fitted_psnr_db", known(a.fittedPsnr)}});
+  return {{"scans", scans}, {"statement", agreementSentence(result.agreement)}};
+}
+
 /// The range of each scan's shading against the others, and of what all share; dB between the scans.
 Json shadingOf(const ReconstructionResult& result) {
   const BiasCorrection& bias = result.bias;
@@ -221,6 +233,7 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
             {"split", result.densified.split},
             {"cloned", result.densified.cloned}}},
           {"iterations", result.iterations},
+          {"agreement", agreementsIn(result)},
           {"alignment", alignmentOf(result)},
           {"shading", shadingOf(result)},
           {"slice_motion", slicesOf(result)},

@@ -69,6 +69,7 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
     return;
   }
   job->UsedSettings = task.filter->GetUsedSettings();
+  job->AgreementNote = task.filter->GetAgreementNote();
   job->PredictionNote = task.filter->GetPredictionNote();
   job->ProfileNote = task.filter->GetProfileNote();
   job->DeviceNote = task.filter->GetDeviceNote();

@@ -29,6 +29,7 @@ void vtkSlicerInnerGSJob::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "State: " << GetStateAsString(this->State) << "\n";
   os << indent << "Description: " << this->GetDescription() << "\n";
+  os << indent << "AgreementNote: " << this->AgreementNote << "\n";
   os << indent << "PredictionNote: " << this->PredictionNote << "\n";
   os << indent << "ProfileNote: " << this->ProfileNote << "\n";
   os << indent << "DeviceNote: " << this->DeviceNote << "\n";

@@ -66,6 +66,7 @@ public:
   /// All of the above.
   const innergs::Progress& GetProgressReport() const;
 #endif
+  vtkGetMacro(AgreementNote, std::string);  // how well several scans agree, in sentences; "": one scan
   vtkGetMacro(PredictionNote, std::string); // what was put between the slices, a sentence; "": nothing yet
   vtkGetMacro(ProfileNote, std::string);    // how thick the slices look, a sentence; "": unknown
   /// Where the fit runs, or ran in the end, and why; "" before that is known.
@@ -124,8 +125,8 @@ protected:
   std::unique_ptr<innergs::Progress> LastProgress;
   int ErrorCode = 0, QualityState = 0, NumberOfHeldOutSlices = 0;
   double UncertaintyCoverage;
-  std::string UncertaintyNote, PredictionNote, ProfileNote, DeviceNote, ErrorMessage, RecoveryFile,
-      UsedSettings;
+  std::string UncertaintyNote, AgreementNote, PredictionNote, ProfileNote, DeviceNote, ErrorMessage,
+      RecoveryFile, UsedSettings;
   std::vector<std::string> Warnings;
   vtkSmartPointer<vtkImageData> Preview;
   vtkSmartPointer<vtkMatrix4x4> PreviewIJKToRAS;

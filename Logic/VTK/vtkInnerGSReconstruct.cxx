@@ -384,8 +384,9 @@ void vtkInnerGSReconstruct::ReportPreview(const innergs::Volume& volume) {
 void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) {
   Internals& work = *this->Work;
   work.warnings.clear();
-  for (std::string* last : {&this->UsedSettings, &this->UsedInstructionSet, &this->UsedDevice,
-                            &this->PredictionNote, &this->ProfileNote, &this->DeviceNote, &this->UncertaintyNote})
+  for (std::string* last :
+       {&this->UsedSettings, &this->UsedInstructionSet, &this->UsedDevice, &this->AgreementNote,
+        &this->PredictionNote, &this->ProfileNote, &this->DeviceNote, &this->UncertaintyNote})
     last->clear();
   this->UncertaintyCoverage = kNaN;
   this->NumberOfHeldOutSlices = 0;
@@ -430,6 +431,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   this->UsedSettings = innergs::settingsText(result.settings, this->HeldOutFraction);
   this->UsedInstructionSet = result.instructionSet;
   this->UsedDevice = result.device.id;
+  this->AgreementNote = innergs::agreementSentence(result.agreement);
   this->PredictionNote = result.prediction;
   this->ProfileNote = result.profiles.sentence;
   this->DeviceNote = result.device.reason;

@@ -174,6 +174,7 @@ public:
   vtkGetMacro(CurrentGaussians, vtkIdType);
   vtkGetMacro(ElapsedSeconds, double);
   vtkGetMacro(RemainingSeconds, double);    // estimated
+  vtkGetMacro(AgreementNote, std::string);  // sentences: how well several scans agree; "": one scan
   vtkGetMacro(PredictionNote, std::string); // sentence: what was put between the slices; "": nothing
   vtkGetMacro(ProfileNote, std::string);    // sentence: how thick the slices look; "": unknown
   vtkGetMacro(DeviceNote, std::string);     // sentence: where the fit runs and why; "" if not known yet
@@ -239,8 +240,8 @@ protected:
   double CurrentLoss = 0, TrainingPSNR, HeldOutPSNR, ElapsedSeconds = 0, RemainingSeconds = 0;
   vtkIdType CurrentGaussians = 0, NumberOfNonFiniteVoxels = 0;
   double FitSeconds = 0, Noise = 0, UncertaintyCoverage;
-  std::string UsedSettings, UsedInstructionSet, UsedDevice, PredictionNote, ProfileNote, DeviceNote,
-      UncertaintyNote;
+  std::string UsedSettings, UsedInstructionSet, UsedDevice, AgreementNote, PredictionNote, ProfileNote,
+      DeviceNote, UncertaintyNote;
 
 private:
   vtkInnerGSReconstruct(const vtkInnerGSReconstruct&) = delete;

@@ -229,6 +229,7 @@ std::shared_ptr<Outcome> Runner::reconstruct(const ReconstructionTask& task, con
   report.heldOutSlices = static_cast<int>(result.heldOutSlices);
   report.gaussians = result.model->field.size();
   report.profile = QString::fromStdString(result.profiles.sentence);
+  report.agreement = QString::fromStdString(agreementSentence(result.agreement));
   report.prediction = QString::fromStdString(result.prediction);
   report.device =
       QString::fromStdString(result.device.reason.empty() ? result.device.name : result.device.reason);
