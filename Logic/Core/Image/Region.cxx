@@ -175,6 +175,7 @@ Stack cropped(const Stack& stack, const Region& region, double margin) {
   part.isRegion = stack.isRegion || size != from.size;
   part.name = stack.name;
   part.thicknessFrom = stack.thicknessFrom;
+  part.remarks = stack.remarks;
   part.image.voxels.reserve(part.image.geometry.voxelCount());
   for (std::int64_t k = box.first[2]; k <= box.last[2]; ++k)
     for (std::int64_t j = box.first[1]; j <= box.last[1]; ++j) {

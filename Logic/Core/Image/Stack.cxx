@@ -22,13 +22,14 @@ bool isRigid(const Affine3& pose) {
 
 } // namespace
 
-void checkThickness(double thickness, const GridGeometry& geometry, const std::string& what) {
+void checkThickness(double thickness, const GridGeometry& geometry, const std::string& what,
+                    bool posed) {
   if (!std::isfinite(thickness) || thickness < 0)
     throw Error(ErrorCode::InvalidArgument,
                 what + " has a slice thickness that is negative or not finite: give it in mm, or 0 for the "
                        "distance between slices.");
   const double distance = geometry.spacing[2];
-  if (thickness > kMostOverlap * distance * (1 + 1e-6))
+  if (!posed && thickness > kMostOverlap * distance * (1 + 1e-6))
     throw Error(ErrorCode::InvalidArgument, what + " has a slice thickness of " + numberText(thickness) +
                                                 " mm, and its slices lie " + numberText(distance) +
                                                 " mm apart: give the thickness in mm, at most " +
@@ -52,7 +53,7 @@ void checkStack(const Stack& stack) {
   if (!stack.times.empty() && stack.times.size() != slices)
     fail(ErrorCode::InvalidArgument, " has " + std::to_string(stack.times.size()) + " slice times for " +
                                          std::to_string(slices) + " slices: give one per slice or none.");
-  checkThickness(stack.thickness, stack.image.geometry, what);
+  checkThickness(stack.thickness, stack.image.geometry, what, !stack.poses.empty());
   for (const Affine3& pose : stack.poses)
     if (!isRigid(pose))
       fail(ErrorCode::Geometry, " has a slice pose that is not rigid (a rotation and a shift): correct it.");
@@ -92,6 +93,7 @@ Stack withSliceAxis(const Stack& stack, int axis) {
     result.observed = withSliceAxis(Mask{stack.image.geometry, stack.observed}, axis).voxels;
   result.isRegion = stack.isRegion;
   result.name = stack.name;
+  result.remarks = stack.remarks;
   return result;
 }
 

@@ -24,6 +24,7 @@ struct Stack {
   bool isRegion = false;      // a box cut out of a larger scan
   std::string name;           // for messages and reports (file name)
   std::string thicknessFrom;  // for reports: where the thickness is said
+  std::vector<std::string> remarks; // sentences for the user on how the file was read
 };
 
 /// The same voxels as thin slices along lattice axis 0, 1 or 2 (2: the stack itself), as thick as the spacing
@@ -36,8 +37,9 @@ ValueRange observedRange(std::span<const Stack> stacks);
 
 /// Throws Error(InvalidArgument) for a slice thickness (mm) that is negative, not finite or more than 16
 /// times the slice distance: overlapping slices are common, but this much is a mistake. 0: the slice distance
-/// itself.
-void checkThickness(double thickness, const GridGeometry& geometry, const std::string& what);
+/// itself. Slices with poses may overlap by any amount, as images of a freely moved probe do: posed.
+void checkThickness(double thickness, const GridGeometry& geometry, const std::string& what,
+                    bool posed = false);
 
 /// Checks sizes, geometry and that poses are rigid. Throws Error(Geometry | InvalidArgument | NoData).
 void checkStack(const Stack& stack);

@@ -103,8 +103,24 @@ GridGeometry grown(GridGeometry grid, std::span<const Stack> stacks,
   return grid;
 }
 
+/// The mask at the stack's voxels, where the poses put them.
+std::vector<std::uint8_t> maskOn(const Stack& stack, const Mask& mask, const std::stop_token& stop) {
+  if (stack.poses.empty()) return resampleMask(mask, stack.image.geometry, stop);
+  std::vector<std::uint8_t> inside;
+  inside.reserve(stack.image.voxels.size());
+  for (std::size_t k = 0; k < stack.poses.size(); ++k) {
+    GridGeometry slice = stack.image.geometry;
+    slice.size[2] = 1;
+    slice.origin = stack.poses[k](slice.indexToWorld()({0, 0, static_cast<double>(k)}));
+    slice.direction = stack.poses[k].linear * slice.direction;
+    const std::vector<std::uint8_t> part = resampleMask(mask, slice, stop);
+    inside.insert(inside.end(), part.begin(), part.end());
+  }
+  return inside;
+}
+
 void applyMask(Stack& stack, const Mask& mask, const std::stop_token& stop) {
-  const std::vector<std::uint8_t> inside = resampleMask(mask, stack.image.geometry, stop);
+  const std::vector<std::uint8_t> inside = maskOn(stack, mask, stop);
   if (stack.observed.empty())
     stack.observed = inside;
   else
@@ -300,25 +316,46 @@ std::span<const Stack> startStacks(const PreparedInput& prepared, std::vector<St
   return bridged;
 }
 
+namespace {
+
+/// Spacing along K says nothing finer than the pixels where slices with poses overlap.
+double finestSpacing(std::span<const Stack> stacks) {
+  double spacing = 1e300;
+  for (const Stack& stack : stacks) {
+    const Vec3& s = stack.image.geometry.spacing;
+    spacing = std::min({spacing, s[0], s[1]});
+    if (stack.poses.empty() || stack.thickness <= s[2]) spacing = std::min(spacing, s[2]);
+  }
+  return spacing;
+}
+
+/// The finest isotropic lattice along the first stack's axes, over the box of all slices.
+GridGeometry coveringGrid(const GridGeometry& grid, std::span<const Stack> stacks) {
+  const double s = finestSpacing(stacks);
+  return grown(withSpacing(grid, {s, s, s}), stacks, [](const Stack&) { return true; });
+}
+
+} // namespace
+
 GridGeometry acquisitionGrid(std::span<const Stack> stacks) {
   const Stack& first = stacks.front();
   const GridGeometry& grid = first.image.geometry;
+  if (!first.poses.empty()) return coveringGrid(grid, stacks);
   const auto isSlab = [&](const Stack& stack) { return continues(stack, grid); };
-  if (!first.poses.empty() || std::none_of(stacks.begin(), stacks.end(), isSlab)) return grid;
+  if (std::none_of(stacks.begin(), stacks.end(), isSlab)) return grid;
   return grown(grid, stacks, isSlab);
 }
 
 GridGeometry defaultOutputGrid(std::span<const Stack> stacks) {
-  double spacing = 1e300;
-  for (const Stack& stack : stacks)
-    for (double s : stack.image.geometry.spacing)
-      spacing = std::min(spacing, s);
+  if (!stacks.front().poses.empty()) return coveringGrid(stacks.front().image.geometry, stacks);
+  const double spacing = finestSpacing(stacks);
   return withSpacing(acquisitionGrid(stacks), {spacing, spacing, spacing});
 }
 
 GridGeometry dataDomain(std::span<const Stack> stacks) {
-  GridGeometry domain = defaultOutputGrid(stacks);
-  if (stacks.size() == 1 && stacks.front().poses.empty()) return domain;
+  const GridGeometry domain = defaultOutputGrid(stacks);
+  const Stack& first = stacks.front();
+  if (stacks.size() == 1 || !first.poses.empty()) return domain;
   return grown(domain, stacks, [](const Stack&) { return true; });
 }
 
@@ -431,6 +468,8 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
   for (std::size_t s = 0; s < stacks.size(); ++s)
     if (std::string said = repetitionSentence(input.stacks[s], nameOf(stacks[s], s)); !said.empty())
       prepared.warnings.push_back(std::move(said));
+  for (const Stack& stack : input.stacks)
+    prepared.warnings.insert(prepared.warnings.end(), stack.remarks.begin(), stack.remarks.end());
   if (prepared.nonFinite > 0)
     prepared.warnings.push_back(std::to_string(prepared.nonFinite) +
                                 " voxels are not finite (NaN or infinite); they were left out of the fit.");

@@ -183,6 +183,9 @@ std::vector<std::string> ReconstructionRun::correct(std::span<Stack> stacks) {
   std::vector<std::string> names;
   for (std::size_t s = 0; s < stacks.size(); ++s) {
     names.push_back(nameOf(stacks[s], s));
+    if (!input_.stacks[s].poses.empty() && (settings_.align || settings_.sliceMotion != SliceMotionKind::Off))
+      add(names[s] + " has slices with poses of their own: it is used where they put it and takes no part in "
+                     "the alignment, and no slices are moved.");
     if (!result_.alignment.empty() && result_.alignment[s].fits)
       add(alignmentSentence(result_.alignment[s], names[s]));
     add(misfitSentence(result_.agreement[s], names[s], result_.sliceMotion.moved));
