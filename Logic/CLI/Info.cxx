@@ -8,6 +8,7 @@
 #include "Core/Device/DevicePlugin.h"
 #include "Core/Device/Devices.h"
 #include "Core/Image/Orientation.h"
+#include "Core/Job/JobInput.h"
 #include "Core/Render/Render.h"
 #include "IO/DicomSeries.h"
 #include "IO/DynamicModelFile.h"
@@ -15,6 +16,7 @@
 #include "IO/ImageReading.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
+#include "IO/TrackedSweep.h"
 #include "Onnx/OpenVino.h"
 #include "Text/SentenceEncoder.h"
 
@@ -131,6 +133,32 @@ Json seriesInfo(const std::vector<DicomEntry>& entries) {
   return info;
 }
 
+/// Where the slices lie that do not lie on one lattice.
+void addPoses(Json& info, const LoadedImage& image, const std::filesystem::path& path,
+              const ReadOptions& options) {
+  std::vector<std::string> remarks = image.remarks;
+  if (!image.poses.empty()) {
+    info["slices_with_poses"] = image.poses.size();
+  } else if (image.tracked) {
+    info["tracked_sweep"] = true;
+    const NamedTransforms calibration =
+        options.calibration.empty() ? NamedTransforms{} : readCalibration(options.calibration);
+    const std::string what = innergs::quoted(path);
+    if (std::string why = whyNotPlaced(image.sweepFields, calibration, what); !why.empty()) {
+      remarks.push_back(std::move(why));
+    } else {
+      const Stack stack = placedSweep(image.volume, image.sweepFields, calibration, what);
+      const Vec3& s = stack.image.geometry.spacing;
+      info["slices_with_poses"] = stack.poses.size();
+      info["pixel_size_mm"] = {s[0], s[1]};
+      info["usual_slice_distance_mm"] = s[2];
+      info["box_of_slices"] = placed(dataDomain({&stack, 1}));
+      remarks = stack.remarks;
+    }
+  }
+  if (!remarks.empty()) info["remarks"] = remarks;
+}
+
 Json imageInfo(const std::filesystem::path& path, ReadOptions options) {
   if (std::filesystem::is_directory(path) && !options.series)
     if (const auto entries = listDicomSeries(path); entries.size() > 1) return seriesInfo(entries);
@@ -163,7 +191,7 @@ Json imageInfo(const std::filesystem::path& path, ReadOptions options) {
     info["frames"] = image.frames;
     info["shown_frame"] = *options.frame;
   }
-  if (image.tracked) info["tracked_sweep"] = true;
+  addPoses(info, image, path, options);
   info["minimum"] = finite ? Json(low) : Json();
   info["maximum"] = finite ? Json(high) : Json();
   info["mean"] = finite ? Json(sum / finite) : Json();
@@ -202,18 +230,21 @@ Subcommand addInfo(CLI::App& app) {
   struct InfoOptions {
     std::string file;
     ReadOptions reading;
+    std::string calibration;
     bool json = false;
   };
   auto* command = app.add_subcommand("info", "Describes an image or a model; without a file, this program");
   auto o = std::make_shared<InfoOptions>();
   addOption(*command, "file", o->file, "FILE", "Image, DICOM folder, model (.innergs) or Gaussians (.ply)");
   addReading(*command, o->reading);
+  addCalibration(*command, o->calibration);
   command->add_flag("--json", o->json, "Print JSON");
   command->footer(
       "Lengths are in mm; positions in patient space, LPS (x to the left, y to the back, z to the head) and\n"
       "RAS (x to the right, y to the front, z to the head), as 3D Slicer and the app show them.\n"
       "Examples:\n  innergs info\n  innergs info scan.nii.gz\n  innergs info head.innergs --json");
   return {command, [o] {
+            o->reading.calibration = o->calibration;
             const Json info = o->file.empty()           ? programInfo()
                               : isDynamicModel(o->file) ? movingInfo(o->file)
                               : looksLikeModel(o->file) ? modelInfo(o->file)

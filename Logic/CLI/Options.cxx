@@ -126,6 +126,13 @@ SentenceModel useTextModel(const std::string& folder) {
   return model;
 }
 
+void addCalibration(CLI::App& app, std::string& file) {
+  app.add_option("--calibration", file,
+                 "Calibration of tracked ultrasound (.igs.mha) whose file has no transform ImageToProbe: a\n"
+                 "PLUS configuration (.xml), or a text file of its 16 numbers, row by row")
+      ->type_name("FILE");
+}
+
 void addReading(CLI::App& app, ReadOptions& reading) {
   addOption(app, "--frame", reading.frame, "N", "Frame to take from a 4D file, from 0")
       ->check(CLI::NonNegativeNumber);

@@ -59,6 +59,9 @@ CLI::Option* addSetting(CLI::App& app, Settings& settings, const std::string& na
 /// Adds the options of all settings, in the table's groups.
 void addSettings(CLI::App& app, Settings& settings);
 
+/// How the images of tracked sweeps lie to the probe.
+void addCalibration(CLI::App& app, std::string& file);
+
 /// Adds --frame and --series.
 void addReading(CLI::App& app, ReadOptions& reading);
 CLI::Option* addOutputType(CLI::App& app, OutputType& type);

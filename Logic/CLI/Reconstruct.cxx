@@ -47,6 +47,7 @@ OutputFiles checkedOutputs(const ReconstructOptions& options) {
     files.read(input);
   for (const auto& mask : options.masks)
     files.read(mask);
+  files.read(options.calibration);
   files.read(options.grid.reference);
   files.add(options.saveModel, OutputFiles::Kind::Model); // before read(): may be the resumed model itself
   files.read(options.resume);
@@ -78,6 +79,7 @@ std::vector<Stack> readScans(const ReconstructOptions& options) {
   std::size_t folder = 0;
   for (std::size_t n = 0; n < count; ++n) {
     ReadOptions reading{options.frame};
+    reading.calibration = options.calibration;
     if (!series.empty() && std::filesystem::is_directory(options.inputs[n]))
       reading.series = series[series.size() == 1 ? 0 : folder++];
     Stack stack = readStack(options.inputs[n], reading);
@@ -89,6 +91,10 @@ std::vector<Stack> readScans(const ReconstructOptions& options) {
     if (stack.name.empty()) stack.name = options.inputs[n];
     stacks.push_back(std::move(stack));
   }
+  if (!options.calibration.empty() &&
+      std::all_of(stacks.begin(), stacks.end(), [](const Stack& stack) { return stack.poses.empty(); }))
+    throw Error(ErrorCode::InvalidArgument,
+                "--calibration is for tracked ultrasound, but no scan is: leave it out.");
   return stacks;
 }
 

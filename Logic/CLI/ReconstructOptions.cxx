@@ -4,7 +4,7 @@ namespace innergs::cli {
 void addOptions(CLI::App& app, ReconstructOptions& o) {
   addOption(app, "inputs", o.inputs, "SCAN",
             "One scan, or several scans of the same anatomy in any orientation: NIfTI, NRRD, MHA, MINC2 or\n"
-            "a folder of DICOM files")
+            "a folder of DICOM files; a tracked ultrasound sweep (.igs.mha)")
       ->required();
 
   auto* output = app.add_option_group("Output", "at least one of --output, --save-model and --ply is needed");
@@ -38,6 +38,7 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::PositiveNumber);
+  addCalibration(*input, o.calibration);
   addNumbers(
       *input, "--thickness", o.thickness, {}, "MM",
       "Slice thickness in mm: one number, or one per scan as a,b,c [from the file, or the slice spacing]");
@@ -67,6 +68,7 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
       "  innergs reconstruct dicom-folder/ --reference t1.nii.gz --type int16 -o volume.nrrd\n"
       "  innergs reconstruct t2.nii.gz --thickness 4 --profile gaussian --mask brain.nii.gz \\\n"
       "      --preset best --save-model t2.innergs --held-out 0.1 --report t2.json -o t2-1mm.nii.gz\n"
+      "  innergs reconstruct sweep.igs.mha --calibration PlusConfiguration.xml --spacing 0.5 -o volume.nii.gz\n"
       "Ctrl-C stops the fit and writes the result so far; --resume continues from the saved model.");
 }
 

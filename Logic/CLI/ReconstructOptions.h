@@ -8,6 +8,7 @@ namespace innergs::cli {
 struct ReconstructOptions {
   std::vector<std::string> inputs;
   std::optional<int> frame;
+  std::string calibration;       // of tracked sweeps
   std::vector<int> series;       // none, one, or one per input folder
   std::vector<double> thickness; // none, one, or one per input
   std::optional<SliceProfile> profile;

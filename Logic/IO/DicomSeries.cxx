@@ -215,13 +215,10 @@ DicomEntry entryOf(const Headers& headers, const std::string& detail) {
                      "to a NIfTI file and choose one of its frames.");
 }
 
-/// Every slice must have the lattice of the first one and be a whole number of even steps from it.
-void checkSlices(const std::vector<Slice>& slices, const Vec3& step, const std::string& what) {
+void checkAlike(const std::vector<Slice>& slices, const std::string& what) {
   const GridGeometry& first = slices.front().geometry;
-  const double gap = norm(step);
-  if (!(gap > 1e-4)) refuseRepeatedSlices(what);
-  for (std::size_t k = 0; k < slices.size(); ++k) {
-    const GridGeometry& g = slices[k].geometry;
+  for (const Slice& slice : slices) {
+    const GridGeometry& g = slice.geometry;
     bool same = g.size == first.size;
     for (int i = 0; i < 3; ++i) {
       same = same && (i == 2 || std::abs(g.spacing[i] - first.spacing[i]) < 1e-4 * first.spacing[i]);
@@ -232,17 +229,83 @@ void checkSlices(const std::vector<Slice>& slices, const Vec3& step, const std::
       throw Error(ErrorCode::Geometry,
                   what + " holds slices of different size, spacing or orientation; put only the slices "
                          "of one stack in the folder.");
-    if (k == 0) continue;
-    const double distance = norm(g.origin - slices[k - 1].geometry.origin);
-    if (distance < 1e-3 * gap) refuseRepeatedSlices(what);
-    if (norm(g.origin - (first.origin + double(k) * step)) > 0.02 * gap + 1e-3) {
+  }
+}
+
+/// Whether every slice lies a whole number of even steps from the first one.
+bool areEven(const std::vector<Vec3>& origins, const Vec3& step) {
+  for (std::size_t k = 1; k < origins.size(); ++k)
+    if (norm(origins[k] - (origins.front() + double(k) * step)) > 0.02 * norm(step) + 1e-3) return false;
+  return true;
+}
+
+/// Refuses gaps that are whole multiples of the smallest one, unless each wider one has an equal neighbour:
+/// head CT, for example, is acquired with slices twice as far apart above the skull base.
+void checkComplete(const std::vector<double>& gaps, const std::string& what) {
+  const double smallest = *std::min_element(gaps.begin(), gaps.end());
+  std::vector<double> multiples;
+  for (const double gap : gaps) {
+    multiples.push_back(std::round(gap / smallest));
+    if (std::abs(gap - multiples.back() * smallest) > 0.05 * smallest) return;
+  }
+  for (std::size_t k = 0; k < gaps.size(); ++k)
+    if (multiples[k] > 1 && !(k > 0 && multiples[k - 1] == multiples[k]) &&
+        !(k + 1 < gaps.size() && multiples[k + 1] == multiples[k]))
       throw Error(
           ErrorCode::Geometry,
-          what + formatted(" holds slices that are not evenly spaced (%.3f mm where %.3f mm were expected); "
-                           "add the missing slices or resample it first.",
-                           distance, gap));
-    }
+          what +
+              formatted(" holds slices that are not evenly spaced (%.3f mm where %.3f mm were expected), as "
+                        "if some were missing; add the missing slices or resample it first.",
+                        gaps[k], smallest));
+}
+
+/// Lays out parallel slices, sorted along the normal, on a lattice with that axis; those that are not there
+/// get poses.
+void layOut(const std::vector<Slice>& slices, const Vec3& normal, DicomSeries& series,
+            const std::string& what) {
+  checkAlike(slices, what);
+  std::vector<Vec3> origins;
+  std::vector<double> gaps;
+  for (const Slice& slice : slices) {
+    origins.push_back(slice.geometry.origin);
+    if (origins.size() > 1) gaps.push_back(dot(origins.back() - origins[origins.size() - 2], normal));
   }
+  const Vec3 across = origins.back() - origins.front();
+  const Vec3 step = (1.0 / double(gaps.size())) * across;
+  const double mean = dot(step, normal);
+  if (!(mean > 1e-4) || *std::min_element(gaps.begin(), gaps.end()) < 1e-3 * mean) refuseRepeatedSlices(what);
+  GridGeometry& geometry = series.volume.geometry;
+  geometry.size[2] = static_cast<std::int64_t>(slices.size());
+  if (areEven(origins, step) && norm(cross(step, normal)) <= 1e-3 * norm(step)) {
+    geometry.spacing[2] = norm(step);
+    for (int row = 0; row < 3; ++row)
+      geometry.direction[row][2] = step[row] / geometry.spacing[2];
+    return;
+  }
+  const double tolerance = 0.02 * mean + 1e-3;
+  double shift = 0; // within the planes, mm
+  bool uneven = false;
+  for (std::size_t k = 0; k < origins.size(); ++k) {
+    const Vec3 x = origins[k] - origins.front();
+    shift = std::max(shift, norm(cross(x, normal)));
+    uneven = uneven || std::abs(dot(x, normal) - double(k) * mean) > tolerance;
+  }
+  if (uneven) checkComplete(gaps, what);
+  std::sort(gaps.begin(), gaps.end());
+  geometry.spacing[2] = std::min(mean, gaps[gaps.size() / 2]);
+  for (int row = 0; row < 3; ++row)
+    geometry.direction[row][2] = normal[row];
+  const Vec3 apart = geometry.spacing[2] * normal;
+  geometry.origin = origins.front() + 0.5 * (across - double(slices.size() - 1) * apart);
+  for (std::size_t k = 0; k < slices.size(); ++k)
+    series.poses.push_back({{}, origins[k] - (geometry.origin + double(k) * apart)});
+  if (uneven)
+    series.remarks.push_back(what + formatted(" holds slices %g to %g mm apart: each is used where it lies.",
+                                              gaps.front(), gaps.back()));
+  if (shift > tolerance)
+    series.remarks.push_back(what + formatted(" holds slices displaced within their planes, by up to %.1f mm "
+                                              "(a tilted gantry, for example): each is used where it lies.",
+                                              shift));
 }
 
 } // namespace
@@ -321,7 +384,7 @@ DicomSeries readDicomSeries(const std::filesystem::path& folder, std::optional<i
   std::vector<Slice> slices;
   for (const std::string& file : entries[static_cast<std::size_t>(chosen.value_or(1) - 1)].files)
     slices.push_back(readSlice(file));
-  DicomSeries series{{slices.front().geometry, {}}, slices.front().thickness, {}};
+  DicomSeries series{{slices.front().geometry, {}}, slices.front().thickness, {}, {}, {}};
   if (slices.size() == 1) {
     series.volume.voxels = std::move(slices.front().voxels);
     return series;
@@ -331,21 +394,14 @@ DicomSeries readDicomSeries(const std::filesystem::path& folder, std::optional<i
                 what + " holds several multi-frame DICOM files; give the path of one of them.");
 
   const Mat3& direction = slices.front().geometry.direction;
-  const Vec3 normal = cross(column(direction, 0), column(direction, 1));
+  const Vec3 across = cross(column(direction, 0), column(direction, 1));
+  const Vec3 normal = (1 / norm(across)) * across;
   std::stable_sort(slices.begin(), slices.end(), [&](const Slice& a, const Slice& b) {
     return dot(a.geometry.origin, normal) < dot(b.geometry.origin, normal);
   });
-  const Vec3 step =
-      (1.0 / double(slices.size() - 1)) * (slices.back().geometry.origin - slices.front().geometry.origin);
-  checkSlices(slices, step, what);
+  layOut(slices, normal, series, what);
   series.sliceTimes = timesOf(slices);
-
-  GridGeometry& geometry = series.volume.geometry;
-  geometry = slices.front().geometry;
-  geometry.size[2] = static_cast<std::int64_t>(slices.size());
-  geometry.spacing[2] = norm(step);
-  for (int row = 0; row < 3; ++row)
-    geometry.direction[row][2] = step[row] / geometry.spacing[2];
+  const GridGeometry& geometry = series.volume.geometry;
   checkMemoryFor(double(geometry.voxelCount()) * sizeof(float), what);
   series.volume.voxels.reserve(static_cast<std::size_t>(geometry.voxelCount()));
   for (Slice& slice : slices) {

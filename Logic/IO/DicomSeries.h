@@ -18,6 +18,8 @@ struct DicomSeries {
   Volume volume;                  // slices in order along the normal of the image plane
   double sliceThickness = 0;      // mm, (0018,0050); 0 when absent
   std::vector<double> sliceTimes; // s, of each slice; empty if absent or all equal
+  std::vector<Affine3> poses;     // as Stack::poses: of slices that are not evenly spaced along their normal
+  std::vector<std::string> remarks; // sentences on them for the user
 };
 
 /// One stack of a folder, with a description that distinguishes it from the others. Parts of a series that
@@ -41,8 +43,9 @@ std::string textOf(const DicomEntry& entry);
 
 /// Reads a series of a folder, counted from 1 as listed; without a number, the only one. Throws
 /// Error(FileFormat | InvalidArgument) if the folder has no series, several (without a number) or fewer (the
-/// message lists them), Error(Geometry) for uneven or tilted slices, Error(UnsupportedImage) for colour or
-/// for several images at one position.
+/// message lists them), Error(Geometry) for slices that are not parallel or seem to be missing,
+/// Error(UnsupportedImage) for colour or for several images at one position. Parallel slices at other
+/// distances, or displaced within their planes (a tilted gantry), get poses.
 DicomSeries readDicomSeries(const std::filesystem::path& folder, std::optional<int> series = {});
 
 /// Throws Error(FileFormat) if uncompressed pixel data end before their stated length; GDCM would silently

@@ -228,6 +228,8 @@ LoadedImage loadImage(const fs::path& given, const ReadOptions& options) {
     loaded.slicesAreAlongK = true;
     if (loaded.sliceThickness > 0) loaded.thicknessFrom = kDicomThickness;
     loaded.sliceTimes = std::move(series.sliceTimes);
+    loaded.poses = std::move(series.poses);
+    loaded.remarks = std::move(series.remarks);
     return loaded;
   }
   if (options.series) {
@@ -242,6 +244,7 @@ LoadedImage loadImage(const fs::path& given, const ReadOptions& options) {
     loaded.frames = file.header.frames;
     loaded.frameSeconds = file.frameSeconds;
     loaded.tracked = file.meta && file.meta->tracked;
+    if (loaded.tracked) loaded.sweepFields = file.meta->fields;
     if (file.format == Format::Dicom) {
       checkDicomPixels(*file.io, file.what);
       std::string thickness;

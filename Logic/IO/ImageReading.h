@@ -10,9 +10,13 @@ struct LoadedImage {
   bool slicesAreAlongK = false;   // the file defines the slice axis (DICOM)
   std::int64_t frames = 1;        // number of frames in the file
   double frameSeconds = 0;        // time between frames, 0 if the file does not say
-  bool tracked = false;           // a sweep of freely positioned 2D images; their positions are not used
+  bool tracked = false;           // a sweep of freely positioned 2D images, as parallel slices here
   std::string thicknessFrom;      // where the thickness is said, e.g. "DICOM (0018,0050)"
   std::vector<double> sliceTimes; // s, of each slice along the axis of readStack(); empty: not said
+  std::map<std::string, std::string> sweepFields; // of a tracked sweep, see placedSweep()
+  std::vector<Affine3>
+      poses; // of DICOM slices that are not evenly spaced along their normal, as Stack::poses
+  std::vector<std::string> remarks; // sentences on them
 };
 
 /// All frames of an image file, unconverted.

@@ -198,6 +198,7 @@ MetaHeader::MetaHeader(const std::filesystem::path& path, const std::string& wha
   for (const auto& [key, value] : fields)
     tracked = tracked || (key.starts_with("Seq_Frame") && key.ends_with("Transform"));
   thickness = elementSizes(fields);
+  if (tracked) this->fields = fields;
   binary_ = isTrue("BinaryData", false);
   compressed_ = isTrue("CompressedData", false);
   const std::string& data = fields.at("ElementDataFile");

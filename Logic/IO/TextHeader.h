@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,7 @@ public:
   /// Of slices along each axis, mm, where voxels are larger or smaller (ElementSize) than they lie apart
   /// (ElementSpacing) along that axis alone; 0: not said.
   std::array<double, 3> thickness{};
+  std::map<std::string, std::string> fields; // of a tracked sweep; empty otherwise
 
 private:
   std::filesystem::path voxelFile_; // empty: several files

@@ -5,6 +5,7 @@
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/ImageReading.h"
+#include "IO/TrackedSweep.h"
 #include "IO/VoxelWriting.h"
 
 #include <algorithm>
@@ -13,18 +14,26 @@
 namespace innergs {
 
 Volume readVolume(const std::filesystem::path& path, const ReadOptions& options) {
-  return loadImage(path, options).volume;
+  LoadedImage loaded = loadImage(path, options);
+  if (!loaded.poses.empty())
+    throw Error(ErrorCode::Geometry, quoted(path) + " holds slices that are not evenly spaced along their "
+                                                    "normal; reconstruct a volume from it first.");
+  return std::move(loaded.volume);
 }
 
 Stack readStack(const std::filesystem::path& path, const ReadOptions& options) {
   LoadedImage loaded = loadImage(path, options);
   const int axis = loaded.slicesAreAlongK ? 2 : sliceAxisOf(loaded.volume.geometry.spacing);
-  if (loaded.tracked)
-    throw Error(ErrorCode::UnsupportedImage,
-                quoted(path) + " is a tracked sweep of freely positioned images; convert it to a volume "
-                               "first, e.g. in 3D Slicer.");
   Stack stack;
-  stack.image = axis == 2 ? std::move(loaded.volume) : withSliceAxis(loaded.volume, axis);
+  if (loaded.tracked) {
+    stack = placedSweep(std::move(loaded.volume), loaded.sweepFields,
+                        options.calibration.empty() ? NamedTransforms{} : readCalibration(options.calibration),
+                        quoted(path));
+  } else {
+    stack.image = axis == 2 ? std::move(loaded.volume) : withSliceAxis(loaded.volume, axis);
+    stack.poses = std::move(loaded.poses);
+    stack.remarks = std::move(loaded.remarks);
+  }
   if (stack.image.geometry.size[2] < 2)
     throw Error(
         ErrorCode::UnsupportedImage,

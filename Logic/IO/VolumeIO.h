@@ -13,16 +13,19 @@ struct ReadOptions {
   std::optional<int> frame = std::nullopt; // frame of a 4D file (0 = first); unset: 4D files are rejected
   std::optional<int> series =
       std::nullopt; // series of a DICOM folder (1 = first); unset: several series are rejected
+  std::filesystem::path calibration = {}; // of tracked sweeps, see readCalibration()
 };
 
 /// Reads NIfTI, NRRD/NHDR, MHA/MHD, MINC2 or a folder with DICOM series, in scanner units with exact LPS
-/// geometry. Throws Error with one sentence: FileNotFound, FileFormat, UnsupportedImage, Geometry.
+/// geometry. A tracked sweep is read as parallel slices. Throws Error with one sentence: FileNotFound,
+/// FileFormat, UnsupportedImage, Geometry (also for DICOM slices that need poses).
 Volume readVolume(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// Like readVolume(), as a stack to fit (at least two slices). The slice axis is K, or the axis with the
 /// coarsest spacing if it is clearly coarser (then the axes are permuted, at the same patient position).
 /// Slice thickness and times are those of DICOM, NRRD (thicknesses), MetaImage (ElementSize), NIfTI
-/// (slice_code) or of the BIDS file beside a NIfTI, if said. A tracked sweep throws Error(UnsupportedImage).
+/// (slice_code) or of the BIDS file beside a NIfTI, if said. Slices of a tilted gantry, at uneven distances
+/// or of a tracked sweep get poses, and remarks say so; a sweep needs its calibration, in the file or given.
 Stack readStack(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// A label image or mask: every non-zero voxel is inside. Throws Error(NoData) if empty.
