@@ -68,7 +68,8 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
       "  innergs reconstruct dicom-folder/ --reference t1.nii.gz --type int16 -o volume.nrrd\n"
       "  innergs reconstruct t2.nii.gz --thickness 4 --profile gaussian --mask brain.nii.gz \\\n"
       "      --preset best --save-model t2.innergs --held-out 0.1 --report t2.json -o t2-1mm.nii.gz\n"
-      "  innergs reconstruct sweep.igs.mha --calibration PlusConfiguration.xml --spacing 0.5 -o volume.nii.gz\n"
+      "  innergs reconstruct sweep.igs.mha --calibration PlusConfiguration.xml --spacing 0.5 -o "
+      "volume.nii.gz\n"
       "Ctrl-C stops the fit and writes the result so far; --resume continues from the saved model.");
 }
 

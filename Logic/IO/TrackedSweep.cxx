@@ -208,7 +208,7 @@ void orient(Volume& images, const std::string& orientation, const std::string& w
 /// Where an image lies: LPS mm.
 struct Placed {
   std::size_t frame = 0;
-  Vec3 corner, right, down; // first pixel; unit vectors, perpendicular
+  Vec3 corner, right, down;              // first pixel; unit vectors, perpendicular
   double pixel = 0, line = 0, shear = 0; // mm, mm along the columns, cosine between rows and columns
 };
 
@@ -230,8 +230,8 @@ double mean(const std::vector<Placed>& all, double Placed::*of) {
   return sum / static_cast<double>(all.size());
 }
 
-/// Slides every row along itself onto columns that are perpendicular to it. `observed`: 0 where a row does not
-/// reach. Returns how many pixels now lie before a row's former first one.
+/// Slides every row along itself onto columns that are perpendicular to it. `observed`: 0 where a row does
+/// not reach. Returns how many pixels now lie before a row's former first one.
 std::int64_t unshear(Volume& images, double pixelsPerRow, std::vector<std::uint8_t>& observed) {
   const auto from = images.geometry.size;
   const double last = pixelsPerRow * static_cast<double>(from[1] - 1);
@@ -274,8 +274,8 @@ void shrink(Volume& images, std::vector<std::uint8_t>& observed, std::int64_t fa
         double sum = 0;
         for (std::int64_t y = 0; y < factor; ++y)
           for (std::int64_t x = 0; x < factor; ++x) {
-            const auto v = static_cast<std::size_t>(i * factor + x +
-                                                    from[0] * (j * factor + y + from[1] * k));
+            const auto v =
+                static_cast<std::size_t>(i * factor + x + from[0] * (j * factor + y + from[1] * k));
             sum += images.voxels[v];
             if (!observed.empty() && !observed[v]) whole[at] = 0;
           }
@@ -299,8 +299,7 @@ double distanceOf(const std::vector<Placed>& all, double width, double height, c
       const Vec3 x = corner(all[n], c);
       low = std::min(low, dot(x, normal));
       high = std::max(high, dot(x, normal));
-      if (n > 0)
-        step += 0.25 * std::abs(dot(x - corner(all[n - 1], c), cross(all[n].right, all[n].down)));
+      if (n > 0) step += 0.25 * std::abs(dot(x - corner(all[n - 1], c), cross(all[n].right, all[n].down)));
     }
     if (n > 0) steps.push_back(step);
   }
@@ -316,7 +315,7 @@ constexpr double kRightAngle = 1e-3, kMostShear = 0.2; // cosines between rows a
 constexpr double kSameShape = 5e-3;                    // between images, of pixel sizes and that cosine
 constexpr double kBeam = 1;                            // mm
 constexpr double kLeastDistance = 1e-3;                // mm
-constexpr double kPixelsPerSlice = 4; // that a beam or the distance between images may hold
+constexpr double kPixelsPerSlice = 4;                  // that a beam or the distance between images may hold
 
 /// The images that were tracked, with one pixel size and shear.
 std::vector<Placed> placedImages(const SweepFields& fields, std::size_t count,
@@ -330,9 +329,9 @@ std::vector<Placed> placedImages(const SweepFields& fields, std::size_t count,
     if (const auto place = placeOf(frames[n], all, *steps, calibration, what))
       found.push_back(placed(*place, n));
   if (found.size() < 2)
-    throw Error(ErrorCode::UnsupportedImage,
-                what + " has " + (found.empty() ? "no image" : "a single image") +
-                    " that was tracked; at least two are needed.");
+    throw Error(ErrorCode::UnsupportedImage, what + " has " +
+                                                 (found.empty() ? "no image" : "a single image") +
+                                                 " that was tracked; at least two are needed.");
   for (const Placed& p : found) {
     const Placed& first = found.front();
     if (std::abs(p.pixel / first.pixel - 1) > kSameShape || std::abs(p.line / first.line - 1) > kSameShape ||
@@ -383,10 +382,11 @@ std::string whyNotPlaced(const SweepFields& fields, const NamedTransforms& calib
     fromImage = fromImage || (key.ends_with("Transform") && key.find("ImageTo") != std::string::npos);
   for (const auto& [name, map] : calibration)
     fromImage = fromImage || name.starts_with("ImageTo");
-  return what + (fromImage ? " is a tracked sweep without transforms that lead from Image to Reference, Patient, "
-                             "World, RAS or Tracker; export it with them."
-                           : " is a tracked sweep that does not say how its images lie to the probe (no "
-                             "transform ImageToProbe); give its calibration.");
+  return what + (fromImage
+                     ? " is a tracked sweep without transforms that lead from Image to Reference, Patient, "
+                       "World, RAS or Tracker; export it with them."
+                     : " is a tracked sweep that does not say how its images lie to the probe (no "
+                       "transform ImageToProbe); give its calibration.");
 }
 
 Stack placedSweep(Volume images, const SweepFields& fields, const NamedTransforms& calibration,
@@ -404,8 +404,7 @@ Stack placedSweep(Volume images, const SweepFields& fields, const NamedTransform
                     images.voxels.begin() + static_cast<std::ptrdiff_t>(n) * plane);
     images.geometry.size[2] = std::ssize(all);
     images.voxels.resize(static_cast<std::size_t>(images.geometry.voxelCount()));
-    stack.remarks.push_back(what + " has " + imagesText(count - all.size()) + " of " +
-                            std::to_string(count) +
+    stack.remarks.push_back(what + " has " + imagesText(count - all.size()) + " of " + std::to_string(count) +
                             " without valid pixels or transforms: they were left out.");
   }
   const double shear = mean(all, &Placed::shear);
@@ -425,23 +424,26 @@ Stack placedSweep(Volume images, const SweepFields& fields, const NamedTransform
   double side = 1; // the normal follows the sweep
   if (dot(all.back().corner - all.front().corner, normal) < 0) side = -1;
   normal = side * normal;
-  double width = pixel * static_cast<double>(g.size[0] - 1), height = line * static_cast<double>(g.size[1] - 1);
+  double width = pixel * static_cast<double>(g.size[0] - 1),
+         height = line * static_cast<double>(g.size[1] - 1);
   const double distance = distanceOf(all, width, height, normal);
   if (!(distance > kLeastDistance))
-    throw Error(ErrorCode::Geometry, what + " has images that all lie in one place; give a sweep that moves.");
+    throw Error(ErrorCode::Geometry,
+                what + " has images that all lie in one place; give a sweep that moves.");
   Vec3 first{-static_cast<double>(before) * pixel, 0, 0}; // to the first pixel, along right and down
   const std::int64_t most = std::min(g.size[0], g.size[1]) / 2;
-  const auto factor = std::min(most, static_cast<std::int64_t>(std::min(distance, kBeam) /
-                                                               (kPixelsPerSlice * std::max(pixel, line))));
+  const auto factor = std::min(
+      most, static_cast<std::int64_t>(std::min(distance, kBeam) / (kPixelsPerSlice * std::max(pixel, line))));
   if (factor > 1) {
     shrink(images, stack.observed, factor);
     const double middleOf = 0.5 * static_cast<double>(factor - 1);
     first = first + Vec3{middleOf * pixel, middleOf * line, 0};
     stack.remarks.push_back(
-        what + formatted(" has pixels much finer than its images lie apart: squares of %d of them were averaged "
-                         "to %.2g x %.2g mm.",
-                         static_cast<int>(factor * factor), static_cast<double>(factor) * pixel,
-                         static_cast<double>(factor) * line));
+        what +
+        formatted(" has pixels much finer than its images lie apart: squares of %d of them were averaged "
+                  "to %.2g x %.2g mm.",
+                  static_cast<int>(factor * factor), static_cast<double>(factor) * pixel,
+                  static_cast<double>(factor) * line));
     pixel *= static_cast<double>(factor);
     line *= static_cast<double>(factor);
     width = pixel * static_cast<double>(g.size[0] - 1);
@@ -468,8 +470,8 @@ Stack placedSweep(Volume images, const SweepFields& fields, const NamedTransform
   g.origin = centre - g.centre();
   for (std::size_t n = 0; n < all.size(); ++n) {
     Affine3 pose{directions(all[n]) * transpose(g.direction), {}};
-    pose.offset = corners[n] - pose.linear * (g.origin + (static_cast<double>(n) * g.spacing[2]) *
-                                                             column(g.direction, 2));
+    pose.offset = corners[n] -
+                  pose.linear * (g.origin + (static_cast<double>(n) * g.spacing[2]) * column(g.direction, 2));
     stack.poses.push_back(pose);
   }
   stack.thickness = kBeam;

@@ -23,8 +23,9 @@ std::string whyNotPlaced(const std::map<std::string, std::string>& fields, const
 /// its pixels to the system Reference (Patient, World, RAS or Tracker if there is none), which is taken for
 /// RAS mm. The calibration goes before transforms of the same name in the file. Images whose transforms
 /// or pixels are not valid are left out. A shear between rows and columns is resampled, and pixels more than
-/// four times finer than the distance between images and the beam, taken to be 1 mm thick, are averaged. Throws Error(UnsupportedImage) if it is not known where they lie, Error(FileFormat |
-/// Geometry) for transforms that are damaged or not rigid.
+/// four times finer than the distance between images and the beam, taken to be 1 mm thick, are averaged.
+/// Throws Error(UnsupportedImage) if it is not known where they lie, Error(FileFormat | Geometry) for
+/// transforms that are damaged or not rigid.
 Stack placedSweep(Volume images, const std::map<std::string, std::string>& fields,
                   const NamedTransforms& calibration, const std::string& what);
 

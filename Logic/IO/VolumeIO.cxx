@@ -26,9 +26,9 @@ Stack readStack(const std::filesystem::path& path, const ReadOptions& options) {
   const int axis = loaded.slicesAreAlongK ? 2 : sliceAxisOf(loaded.volume.geometry.spacing);
   Stack stack;
   if (loaded.tracked) {
-    stack = placedSweep(std::move(loaded.volume), loaded.sweepFields,
-                        options.calibration.empty() ? NamedTransforms{} : readCalibration(options.calibration),
-                        quoted(path));
+    stack = placedSweep(
+        std::move(loaded.volume), loaded.sweepFields,
+        options.calibration.empty() ? NamedTransforms{} : readCalibration(options.calibration), quoted(path));
   } else {
     stack.image = axis == 2 ? std::move(loaded.volume) : withSliceAxis(loaded.volume, axis);
     stack.poses = std::move(loaded.poses);

@@ -22,8 +22,7 @@ bool isRigid(const Affine3& pose) {
 
 } // namespace
 
-void checkThickness(double thickness, const GridGeometry& geometry, const std::string& what,
-                    bool posed) {
+void checkThickness(double thickness, const GridGeometry& geometry, const std::string& what, bool posed) {
   if (!std::isfinite(thickness) || thickness < 0)
     throw Error(ErrorCode::InvalidArgument,
                 what + " has a slice thickness that is negative or not finite: give it in mm, or 0 for the "
