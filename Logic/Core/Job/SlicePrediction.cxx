@@ -21,7 +21,7 @@ constexpr double kMuch = 0.94;     // below: much to learn, and training takes l
 constexpr double kMost = 0.93;     // below: training takes longest
 constexpr double kThick = 0.02;    // by how much both are lower for thick slices
 constexpr double kDistant = 3.5;   // slice distance in pixels above which kLittle counts
-constexpr int kFewestSlices = 6;   // for a choice on every second one
+constexpr int kFewestForTrial = 6; // for a choice on every second one
 constexpr double kAsGood = 1.01;   // squared error of fused planes relative to their mean
 
 /// Keeps every second slice.
@@ -241,7 +241,7 @@ Stack SlicePrediction::predict() {
   Volume& between = thin.image;
   between.geometry = predictionLattice(g, prepared_.outputGrid);
   const bool asked = settings_.prediction != PredictionKind::Interpolation,
-             adds = asked && g.size[2] >= kFewestSlices;
+             adds = asked && g.size[2] >= kFewestForTrial;
   progressed_ = progress_.state.fraction;
   costLeft_ = cost_.choosing + cost_.mixing + cost_.fit;
   if (adds) {
