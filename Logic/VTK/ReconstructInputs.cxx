@@ -16,10 +16,14 @@
 namespace innergs::vtk {
 namespace {
 
-GridGeometry outputGrid(const std::vector<GridGeometry>& grids, const OutputChoice& choice) {
+GridGeometry outputGrid(const std::vector<GridGeometry>& grids, const std::vector<Stack>& posed,
+                        const OutputChoice& choice) {
   std::vector<Stack> stacks(grids.size());
-  for (std::size_t i = 0; i < grids.size(); ++i)
-    stacks[i].image.geometry = grids[i];
+  for (std::size_t i = 0; i < grids.size(); ++i) {
+    stacks[i].image.geometry = posed[i].poses.empty() ? grids[i] : posed[i].image.geometry;
+    stacks[i].poses = posed[i].poses;
+    stacks[i].thickness = posed[i].thickness;
+  }
   GridGeometry grid;
   const Vec3& spacing = choice.spacing;
   if (choice.reference && choice.reference->given()) {
@@ -27,9 +31,28 @@ GridGeometry outputGrid(const std::vector<GridGeometry>& grids, const OutputChoi
   } else if (spacing != Vec3{0, 0, 0}) {
     grid = withSpacing(acquisitionGrid(stacks), spacing);
   } else {
-    grid = defaultOutputGrid(stacks);
+    const bool any = std::any_of(stacks.begin(), stacks.end(), [](const Stack& s) { return !s.poses.empty(); });
+    grid = any ? dataDomain(stacks) : defaultOutputGrid(stacks);
   }
   return choice.box && !(choice.reference && choice.reference->given()) ? cropped(grid, *choice.box) : grid;
+}
+
+/// The poses of an input (RAS) in LPS.
+std::vector<Affine3> posesOf(vtkDoubleArray* given, std::int64_t slices, const std::string& name) {
+  std::vector<Affine3> poses;
+  if (!given) return poses;
+  if (given->GetNumberOfComponents() != 16 || given->GetNumberOfTuples() != slices)
+    throw Error(ErrorCode::InvalidArgument, name + " has slice poses of another kind or number than its " +
+                                                std::to_string(slices) +
+                                                " slices: give 16 components for each.");
+  const Mat3 turn = diagonal({-1, -1, 1});
+  for (vtkIdType k = 0; k < given->GetNumberOfTuples(); ++k) {
+    vtkNew<vtkMatrix4x4> matrix;
+    given->GetTuple(k, matrix->GetData());
+    const Affine3 ras = affineOf(matrix, "A slice pose of " + name);
+    poses.push_back({turn * ras.linear * turn, turn * ras.offset});
+  }
+  return poses;
 }
 
 /// The block of a lattice that was cropped to `part`.
@@ -116,23 +139,25 @@ ReconstructionInput ReconstructInputs::make(const std::vector<vtkImageData*>& im
     stack.thickness = options.thickness;
     stack.profile = static_cast<SliceProfile>(options.profile);
     stack.image.geometry = withSliceAxis(grids.back(), options.axis);
-    checkThickness(stack.thickness, stack.image.geometry, name);
+    stack.poses = posesOf(options.poses, stack.image.geometry.size[2], name);
+    checkThickness(stack.thickness, stack.image.geometry, name, !stack.poses.empty());
     margin = std::max({margin, 2 * stack.thickness, 2 * stack.image.geometry.spacing[2]});
     input.stacks.push_back(std::move(stack));
   }
-  input.outputGrid = outputGrid(grids, choice);
+  input.outputGrid = outputGrid(grids, input.stacks, choice);
   input.cropToMask = !choice.box && !(choice.reference && choice.reference->given());
   for (std::size_t i = 0; i < images.size(); ++i) {
     Stack& stack = input.stacks[i];
     const GridGeometry whole = stack.image.geometry;
-    if (choice.box) {
+    if (choice.box && stack.poses.empty()) {
       stack.image.geometry = cropped(whole, *choice.box, margin);
       stack.isRegion = stack.image.geometry.size != whole.size;
     }
     if (!voxels) continue;
     const VoxelBlock block = blockOf(whole, stack.image.geometry, get(static_cast<int>(i)).axis);
     stack.image.voxels = voxelsOf(images[i], block, stack.name, stop);
-    if (choice.box && !parallel(whole, *choice.box)) observeWithin(stack, grown(*choice.box, margin), stop);
+    if (choice.box && stack.poses.empty() && !parallel(whole, *choice.box))
+      observeWithin(stack, grown(*choice.box, margin), stop);
   }
   return input;
 }

@@ -2,6 +2,7 @@
 #include "Core/Job/ReconstructionJob.h"
 #include "Geometry.h"
 
+#include "vtkDoubleArray.h"
 #include "vtkSmartPointer.h"
 
 #include <stop_token>
@@ -26,6 +27,7 @@ class ReconstructInputs {
 public:
   struct Input {
     vtkSmartPointer<vtkMatrix4x4> ijkToRAS; // null: the image's own
+    vtkSmartPointer<vtkDoubleArray> poses;  // null: none
     double thickness = 0;                   // mm
     int profile = 1, axis = 2;
     std::string name;

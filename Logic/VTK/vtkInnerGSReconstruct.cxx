@@ -14,6 +14,7 @@
 #include "vtkInnerGSModel.h"
 
 #include "vtkDataObject.h"
+#include "vtkDoubleArray.h"
 #include "vtkImageData.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
@@ -126,6 +127,16 @@ innergsInputMacro(Name, name, std::string, const std::string&);
 
 void vtkInnerGSReconstruct::SetInputIJKToRASMatrix(int index, vtkMatrix4x4* ijkToRAS) {
   this->ChangeInput(index, [&](auto& input) { return innergs::vtk::assignCopy(input.ijkToRAS, ijkToRAS); });
+}
+
+void vtkInnerGSReconstruct::SetInputSlicePoses(int index, vtkDoubleArray* poses) {
+  this->ChangeInput(index, [&](auto& input) {
+    return std::exchange(input.poses, vtkSmartPointer<vtkDoubleArray>(poses)) != poses;
+  });
+}
+
+vtkDoubleArray* vtkInnerGSReconstruct::GetInputSlicePoses(int index) {
+  return this->Work->inputs.get(index).poses;
 }
 
 vtkMatrix4x4* vtkInnerGSReconstruct::GetInputIJKToRASMatrix(int index) {

@@ -7,6 +7,7 @@
 
 #include <vector> // std::vector
 
+class vtkDoubleArray;
 class vtkImageData;
 class vtkMatrix4x4;
 class vtkTable;
@@ -62,6 +63,11 @@ public:
   /// Which index axis counts the slices: 0, 1, 2 (default, K).
   void SetInputSliceAxis(int index, int axis);
   int GetInputSliceAxis(int index);
+  /// A rigid map per slice (RAS mm), applied after IJK → RAS: 16 components, row by row, and a tuple per
+  /// slice; kept by reference (after changes: Modified()). For slices that lie anywhere: tracked ultrasound, a tilted gantry, uneven
+  /// distances. Null (default): none. Such inputs take no part in the alignment of several inputs.
+  void SetInputSlicePoses(int index, vtkDoubleArray* poses);
+  vtkDoubleArray* GetInputSlicePoses(int index);
   /// The name for messages and warnings.
   void SetInputName(int index, const std::string& name);
   std::string GetInputName(int index);

@@ -5,6 +5,7 @@
 #include "IO/N4Correction.h"
 
 #include <vtkDataArray.h>
+#include <vtkDoubleArray.h>
 #include <vtkImageShiftScale.h>
 #include <vtkPointData.h>
 #include <vtkTable.h>
@@ -55,6 +56,32 @@ INSTANTIATE_TEST_SUITE_P(Poses, ReconstructPose,
                          ::testing::Values(Pose{"Straight", 0, false}, Pose{"Oblique", 0.5, false},
                                            Pose{"LeftHanded", 0, true}, Pose{"ObliqueLeftHanded", 2.1, true}),
                          [](const auto& info) { return info.param.name; });
+
+TEST(ReconstructFilter, PutsSlicesWhereTheirPosesSay) {
+  ReconstructionInput input = posedInput({"", 0.5, false}, true);
+  Stack& stack = input.stacks.front();
+  vtkNew<vtkDoubleArray> poses;
+  poses->SetNumberOfComponents(16);
+  for (std::int64_t k = 0; k < stack.image.geometry.size[2]; ++k) {
+    const double angle = 0.02 * static_cast<double>(k), c = std::cos(angle), s = std::sin(angle);
+    const Vec3 shift{0.3 * static_cast<double>(k), -0.2, 0.1 * static_cast<double>(k)};
+    stack.poses.push_back({{{{{1, 0, 0}, {0, c, -s}, {0, s, c}}}}, shift});
+    const double ras[16] = {1, 0, 0, -shift[0], 0, c, s, -shift[1], 0, -s, c, shift[2], 0, 0, 0, 1};
+    poses->InsertNextTuple(ras);
+  }
+  auto filter = quickFilter(input);
+  filter->SetInputSlicePoses(0, poses);
+  EXPECT_EQ(filter->GetInputSlicePoses(0), poses);
+  EXPECT_GT(filter->EstimateMemory(), 0);
+  filter->Update();
+  expectSame(filter, reconstruct(input, quickSettings()));
+
+  poses->RemoveLastTuple();
+  filter->SetInputSlicePoses(0, nullptr);
+  filter->SetInputSlicePoses(0, poses);
+  filter->Update();
+  EXPECT_NE(filter->GetErrorMessage().find("slice poses"), std::string::npos) << filter->GetErrorMessage();
+}
 
 TEST(ReconstructFilter, FusesSeveralInputs) {
   const ReconstructionInput input = orthogonalInput();
