@@ -446,5 +446,31 @@ TEST_F(ReconstructTest, FrameOfAMovie) {
   EXPECT_EQ(volume.geometry.voxelCount(), 1000);
 }
 
+TEST_F(ReconstructTest, TrackedSweepNeedsItsCalibration) {
+  std::string header = "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 24 20 6\n"
+                       "ElementType = MET_UCHAR\n";
+  for (int k = 0; k < 6; ++k)
+    header += "Seq_Frame000" + std::to_string(k) + "_ProbeToTrackerTransform = 1 0 0 0 0 0 -1 " +
+              std::to_string(k) + " 0 1 0 0 0 0 0 1\n";
+  std::string voxels;
+  for (int v = 0; v < 24 * 20 * 6; ++v)
+    voxels += static_cast<char>(v % 24 > 8 && v % 24 < 16 && v / 24 % 20 > 5 && v / 24 % 20 < 14 ? 100 : 10);
+  write("sweep.igs.mha", header + "ElementDataFile = LOCAL\n" + voxels);
+  write("probe.txt", "0.5 0 0 1 0 0.5 0 2 0 0 0.5 3 0 0 0 1\n");
+  const std::string sweep = path("sweep.igs.mha"), output = path("out.nii");
+  expectOneSentence(run(quickly({"reconstruct", sweep, "-o", output})), 1, "ImageToProbe");
+  expectOneSentence(run(quickly({"reconstruct", scan("a.nii", phantom()), "--calibration", path("probe.txt"),
+                                 "-o", output})),
+                    1, "--calibration");
+  const auto info =
+      nlohmann::json::parse(run({"info", sweep, "--calibration", path("probe.txt"), "--json"}).out);
+  EXPECT_EQ(info.at("slices_with_poses"), 6);
+  EXPECT_NEAR(info.at("pixel_size_mm").at(0), 0.5, 1e-6);
+  const Outcome done = run(quickly({"reconstruct", sweep, "--calibration", path("probe.txt"), "-o", output}));
+  EXPECT_EQ(done.exitCode, 0) << done.err;
+  const auto made = nlohmann::json::parse(run({"info", output, "--json"}).out);
+  EXPECT_GT(made.at("maximum"), 80);
+}
+
 } // namespace
 } // namespace innergs::test
