@@ -109,6 +109,12 @@ Loaded readItem(const QString& path, int frame, std::optional<int> series) {
                 tr("'%1' has no frame %2.").arg(path).arg(frame + 1).toStdString());
   LoadedImage image = files.empty() ? loadImage(pathOf(path), {frame, series}) : loadImage(files[frame], {});
   if (!files.empty()) image.frames = static_cast<std::int64_t>(files.size());
+  if (!image.poses.empty())
+    throw Error(ErrorCode::Geometry,
+                tr("'%1' holds slices that are not evenly spaced along their normal: make a volume of it with "
+                   "'innergs reconstruct' and open that.")
+                    .arg(path)
+                    .toStdString());
   const auto& size = image.volume.geometry.size;
   if (*std::min_element(size.begin(), size.end()) < 2)
     throw Error(ErrorCode::UnsupportedImage,
@@ -146,7 +152,7 @@ Loaded readItem(const QString& path, int frame, std::optional<int> series) {
   if (image.tracked)
     notes
         << tr("'%1' is a tracked sweep whose images lie freely in space: they are shown as parallel slices, "
-              "so do not reconstruct from it; put it into a volume first, e.g. in 3D Slicer.")
+              "so do not reconstruct from it here; 'innergs reconstruct' uses their places.")
                .arg(item.name);
   item.note = notes.join(QLatin1Char('\n'));
   return loaded;
