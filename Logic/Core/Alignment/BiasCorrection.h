@@ -29,7 +29,7 @@ struct BiasCorrection {
 BiasCorrection findBias(std::span<const Stack> stacks, std::vector<StackAlignment>& alignment, bool always,
                         ThreadPool& pool);
 
-/// What findBias() would correct where it is clear (3 dB), without what all scans share: what must not be
+/// What findBias() would correct where it is clear (6 dB), without what all scans share: what must not be
 /// taken for motion if it stays. `alignment` is refined likewise.
 BiasCorrection findShading(std::span<const Stack> stacks, std::vector<StackAlignment>& alignment,
                            ThreadPool& pool);
