@@ -22,7 +22,7 @@ rm -f "$stage.log"
   for library in vtkInnerGS vtkSlicerInnerGSModuleLogic vtkSlicerInnerGSModuleMRML; do
     echo "$modules/${library}Python.so"
   done
-  for script in __init__ _jobs _parameters _queries _scene; do
+  for script in __init__ _jobs _moving _parameters _queries _scene _segments; do
     echo "$modules/Python/innergs/$script.py"
     echo "$modules/Python/innergs/__pycache__/$script.pyc"
   done

@@ -9,6 +9,7 @@
 #include <QFileInfo>
 #include <QHBoxLayout>
 #include <QSignalBlocker>
+#include <QTimer>
 
 #include <vtkDoubleArray.h>
 #include <vtkImageData.h>
@@ -39,7 +40,6 @@ FakeHost::FakeHost(QObject* parent) : Host(parent) {
   nextEstimate.seconds = 95;
   nextEstimate.reason = "On the CPU. The CUDA backend is not installed.";
   folder_ = QDir::tempPath();
-  connect(&timer_, &QTimer::timeout, this, &FakeHost::step);
 }
 
 FakeHost::~FakeHost() = default;
@@ -126,7 +126,6 @@ void FakeHost::sendPreview(int n) {
 
 void FakeHost::end() {
   running_ = false;
-  timer_.stop();
 }
 
 void FakeHost::sendFinished(const Report& report) {
@@ -143,21 +142,6 @@ void FakeHost::sendCancelled() {
   if (!running_) return;
   end();
   Q_EMIT cancelled();
-}
-
-void FakeHost::play(int steps, int interval, const Report& report) {
-  steps_ = steps;
-  report_ = report;
-  timer_.setInterval(interval);
-}
-
-void FakeHost::step() {
-  ++step_;
-  const double t = static_cast<double>(step_) / steps_;
-  if (t >= 1) return sendFinished(report_);
-  const auto phase = t < 0.1 ? innergs::Phase::Initialising : innergs::Phase::Fitting;
-  sendProgress(phase, t, static_cast<int>(100 * t), 0.02 * std::exp(-4 * t), 20 + 15 * t, 30 * (1 - t));
-  if (step_ % 10 == 1) sendPreview();
 }
 
 Report FakeHost::exampleReport() {
@@ -201,15 +185,12 @@ bool FakeHost::start(const Request& request) {
     return false;
   }
   running_ = true;
-  step_ = 0;
   Q_EMIT started();
-  if (steps_ > 0) timer_.start();
   return true;
 }
 
 void FakeHost::cancel() {
   ++cancels;
-  timer_.stop();
   if (cancelDelay >= 0) QTimer::singleShot(cancelDelay, this, &FakeHost::sendCancelled);
 }
 

@@ -2,7 +2,6 @@
 #include "Widgets/Host.h"
 
 #include <QMap>
-#include <QTimer>
 
 #include <vtkSmartPointer.h>
 #include <vtkTable.h>
@@ -15,7 +14,7 @@ struct GaussianField;
 class QComboBox;
 
 /// A Host with made-up volumes and a made-up reconstruction, for the panels' tests. The test is the worker:
-/// it sends progress, previews and the end itself, or lets play() do it on a timer.
+/// it sends progress, previews and the end itself.
 class FakeHost : public innergs::ui::Host {
   Q_OBJECT
 public:
@@ -49,9 +48,6 @@ public:
   void sendFinished(const innergs::ui::Report& report);
   void sendFailed(const QString& sentence);
   void sendCancelled();
-  /// Every start() runs by itself from now on: that many progress reports, `interval` ms apart, with
-  /// previews, then `report`.
-  void play(int steps, int interval, const innergs::ui::Report& report);
   /// A report with everything in it.
   static innergs::ui::Report exampleReport();
   ///@}
@@ -115,13 +111,9 @@ public:
 
 private:
   void end();
-  void step();
 
   bool running_ = false;
   QString folder_;
-  QTimer timer_;
-  int step_ = 0, steps_ = 0;
-  innergs::ui::Report report_;
 };
 
 /// A combo box of the fake's objects; keeps its choice when the list changes.

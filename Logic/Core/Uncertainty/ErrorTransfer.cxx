@@ -6,7 +6,7 @@
 #include "Core/Image/Simulate.h"
 #include "Core/Uncertainty/ErrorCurve.h"
 #include "Core/Uncertainty/LocalDetail.h"
-#include "Core/Uncertainty/Nearness.h"
+#include "Core/Uncertainty/SliceDistance.h"
 #include "Core/Uncertainty/SimulatedLattices.h"
 
 #include <algorithm>
@@ -143,7 +143,7 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
                 "their errors. Choose larger scans.");
   };
   if (scans.size() < stacks.size()) refuse();
-  std::vector<float> near = nearness(grid, scans, pool);
+  std::vector<float> near = sliceDistances(grid, scans, pool);
   const FittedTwice fitted = fit(std::move(scans), grid);
   if (fitted.second.voxels.empty()) refuse();
   // The errors at withheld slices.
@@ -180,7 +180,7 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
   std::vector<Class> classes(kNear * kDetails);
   for (const std::size_t v : scored) {
     const auto d = std::upper_bound(edges.begin(), edges.end(), detail.voxels[v]) - edges.begin();
-    Class& c = classes[static_cast<std::size_t>(nearClass(near[v]) * kDetails + d)];
+    Class& c = classes[static_cast<std::size_t>(distanceClass(near[v]) * kDetails + d)];
     c.error.push_back(std::abs(full[v] - truth[v]));
     c.detail += detail.voxels[v];
   }
@@ -217,16 +217,16 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
     }
 }
 
-double ErrorTransfer::deviation(double seen, double detail, double nearness) const {
-  const Line& line = line_[nearClass(nearness)];
+double ErrorTransfer::deviation(double seen, double detail, double distance) const {
+  const Line& line = line_[distanceClass(distance)];
   const double real = withoutNoise(seen, noise_);
   const double expected = std::min(real, withoutNoise(simulated_.at(detail), noise_));
   const double share = 1 - kFiner + kFiner * std::min(1.0, line.slope);
   return std::sqrt(std::max(line.least, line.slope * expected + line.offset) + share * (real - expected));
 }
 
-int ErrorTransfer::nearClass(double nearness) {
-  return std::isfinite(nearness) ? std::min(kNear - 1, static_cast<int>(kNear * nearness)) : kNear - 1;
+int ErrorTransfer::distanceClass(double distance) {
+  return std::isfinite(distance) ? std::min(kNear - 1, static_cast<int>(kNear * distance)) : kNear - 1;
 }
 
 } // namespace innergs

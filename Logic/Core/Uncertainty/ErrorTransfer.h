@@ -24,7 +24,7 @@ struct FittedTwice {
 using FitTwice = std::function<FittedTwice(std::vector<Stack> stacks, const GridGeometry& grid)>;
 
 /// Turns errors at withheld slices into errors of the volume that was fitted to all slices: their squares,
-/// without the noise, times a slope, plus an offset (what noise does to the volume), by nearness to the
+/// without the noise, times a slope, plus an offset (what noise does to the volume), by distance to the
 /// slices. Found by simulation, where the truth is known: the volume, turned out of its axes, is scanned as
 /// the stacks scanned the patient (lattices, profiles, noise), in a cube around its detail, and fitted as
 /// they were. Simulated slices agree with each other; of the squares of what real ones are missed by beyond
@@ -38,7 +38,7 @@ public:
                 const FitTwice& fit, ThreadPool& pool);
 
   /// The volume's standard deviation where ErrorCurve gives `seen` for withheld slices at this local detail.
-  double deviation(double seen, double detail, double nearness) const;
+  double deviation(double seen, double detail, double distance) const;
 
   struct Line {
     double slope = 1, offset = 0, least = 0; // of squares; least: below which no error is
@@ -46,7 +46,7 @@ public:
 
 private:
   static constexpr int kNear = 3;
-  static int nearClass(double nearness);
+  static int distanceClass(double distance);
   double noise_;
   ErrorCurve simulated_; // at withheld slices
   std::array<Line, kNear> line_;

@@ -5,7 +5,7 @@
 #include "Core/Base/Quantities.h"
 #include "Core/Uncertainty/ErrorCurve.h"
 #include "Core/Uncertainty/LocalDetail.h"
-#include "Core/Uncertainty/Nearness.h"
+#include "Core/Uncertainty/SliceDistance.h"
 
 #include <algorithm>
 #include <cmath>
@@ -73,7 +73,7 @@ Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool)
   const ErrorTransfer transfer(input.result, input.stacks, input.noise, radius, input.twin, pool);
   result.deviation = localDetail(input.result, radius, pool);
   result.measured = measuredVoxels(grid, input.stacks, pool);
-  const std::vector<float> near = nearness(grid, input.stacks, pool);
+  const std::vector<float> near = sliceDistances(grid, input.stacks, pool);
   const double unknown = deviationOf(input.result, near);
   pool.blocks(grid.voxelCount(), 1 << 16, [&](std::int64_t from, std::int64_t to) {
     for (std::int64_t v = from; v < to; ++v) {

@@ -152,7 +152,6 @@ TEST(ExperimentSelection, ReproducesThePapersSimulation) {
     EXPECT_GT(score.seconds, 0);
     EXPECT_GT(score.scalarSeconds, 0);
   }
-  EXPECT_LT(scores[2].scalarSeconds, scores[0].scalarSeconds); // 17 times the candidates
 }
 
 TEST(ExperimentSelection, SaysWhichIsFaster) {

@@ -2,7 +2,7 @@
 
 #include "Core/Image/Simulate.h"
 #include "Core/Uncertainty/LocalDetail.h"
-#include "Core/Uncertainty/Nearness.h"
+#include "Core/Uncertainty/SliceDistance.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -67,7 +67,7 @@ TEST(LocalDetail, IsTheSlopeOfARamp) {
     EXPECT_NEAR(slope, 5, 1e-4);
 }
 
-TEST(Nearness, KnowsWhereNothingWasMeasured) {
+TEST(SliceDistance, KnowsWhereNothingWasMeasured) {
   ThreadPool pool(2);
   Stack stack;
   GridGeometry& g = stack.image.geometry;
@@ -82,7 +82,7 @@ TEST(Nearness, KnowsWhereNothingWasMeasured) {
   fine.size = {4, 4, 19};
   fine.spacing = {1, 1, 1};
   const std::vector<std::uint8_t> measured = measuredVoxels(fine, std::span(&stack, 1), pool);
-  const std::vector<float> near = nearness(fine, std::span(&stack, 1), pool);
+  const std::vector<float> near = sliceDistances(fine, std::span(&stack, 1), pool);
   for (std::int64_t k = 0; k < 19; ++k) {
     EXPECT_EQ(measured[k * 16 + 5], k <= 1 || (k >= 5 && k <= 7)) << k;
     EXPECT_EQ(measured[k * 16], k <= 1) << k;

@@ -1,4 +1,4 @@
-#include "Core/Uncertainty/Nearness.h"
+#include "Core/Uncertainty/SliceDistance.h"
 
 #include "Core/Acquisition/Observation.h"
 
@@ -61,7 +61,7 @@ void visitSlices(const GridGeometry& grid, std::span<const Stack> stacks, Thread
 
 } // namespace
 
-std::vector<float> nearness(const GridGeometry& grid, std::span<const Stack> stacks, ThreadPool& pool) {
+std::vector<float> sliceDistances(const GridGeometry& grid, std::span<const Stack> stacks, ThreadPool& pool) {
   std::vector<float> near(static_cast<std::size_t>(grid.voxelCount()),
                           std::numeric_limits<float>::infinity());
   visitSlices(grid, stacks, pool, [&](std::size_t v, const Stack& stack, double distance) {
