@@ -9,6 +9,7 @@
 #include <QMenu>
 #include <QSet>
 #include <QSpinBox>
+#include <QTimer>
 
 #include <vtkMatrix4x4.h>
 

@@ -14,6 +14,7 @@
 #include <QLabel>
 #include <QMenuBar>
 #include <QScopeGuard>
+#include <QTimer>
 #include <QTranslator>
 
 #include <vtkMatrix4x4.h>

@@ -7,6 +7,7 @@
 #include <QDoubleSpinBox>
 #include <QLabel>
 #include <QSlider>
+#include <QTimer>
 #include <QWheelEvent>
 
 #include <vtkCamera.h>

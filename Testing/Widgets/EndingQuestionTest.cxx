@@ -7,6 +7,7 @@
 #include <QAction>
 #include <QMessageBox>
 #include <QPushButton>
+#include <QTimer>
 
 #include <memory>
 

@@ -154,7 +154,7 @@ TEST_F(ReconstructTest, WritesEverythingAskedFor) {
   EXPECT_EQ(report.at("non_finite_voxels"), 0);
   EXPECT_FALSE(report.at("interrupted").get<bool>());
   EXPECT_GT(report.at("seconds").at("total").get<double>(), 0);
-  for (const char* phase : {"Preparing", "Initialising", "Fitting", "Rendering"})
+  for (const char* phase : {"Preparing", "Placing Gaussians", "Fitting", "Rendering"})
     EXPECT_GE(report.at("seconds").at("phases").at(phase).get<double>(), 0) << phase;
   EXPECT_FALSE(report.at("versions").at("itk").get<std::string>().empty());
   EXPECT_EQ(filesIn("out").size(), 4u);

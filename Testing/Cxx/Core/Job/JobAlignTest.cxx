@@ -65,7 +65,7 @@ TEST(JobAlign, LeavesAScanOfAnotherBodyWhereItIs) {
 TEST(JobAlign, SaysHowWellScansAgreeBeforeAndAfterTheFit) {
   const ReconstructionInput input = twoScans(testing::spherePhantom(48, 48, 3), 0, 1);
   for (const bool align : {true, false}) {
-    Settings settings = fewIterations();
+    Settings settings = fastSettings();
     settings.align = align;
     if (!align) settings.sliceMotion = SliceMotionKind::Off;
     const ReconstructionResult result = reconstruct(input, settings);
@@ -82,7 +82,7 @@ TEST(JobAlign, SaysHowWellScansAgreeBeforeAndAfterTheFit) {
   }
   ReconstructionInput one = input;
   one.stacks.pop_back();
-  EXPECT_TRUE(reconstruct(one, fewIterations()).agreement.empty());
+  EXPECT_TRUE(reconstruct(one, fastSettings()).agreement.empty());
 }
 
 TEST(JobAlign, SaysByHowMuchAScanOnAnotherScaleWasMultiplied) {
