@@ -1,6 +1,7 @@
 #include "Core/Alignment/BiasCorrection.h"
 
 #include "Core/Alignment/HistogramSharpening.h"
+#include "Core/Alignment/PairedSums.h"
 #include "Core/Alignment/SamplePlaces.h"
 #include "Core/Base/Cholesky.h"
 #include "Core/Base/NumberText.h"
@@ -17,8 +18,8 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kDegree = 4, kSharedDegree = 2;
 constexpr int kTerms = legendreCount(kDegree), kShared = legendreCount(kSharedDegree);
-constexpr std::int64_t kBlock = 1024, kFewest = 300; // points
-constexpr std::int64_t kSamples = 60'000;            // of the shared shading, from all scans
+constexpr std::int64_t kBlock = 1024;     // points
+constexpr std::int64_t kSamples = 60'000; // of the shared shading, from all scans
 constexpr int kSweeps = 15;
 constexpr int kRounds = 6;         // of alignment and shading, once there is a shading
 constexpr double kConverged = 0.1; // dB
@@ -26,7 +27,6 @@ constexpr double kRidge = 1e-4;
 constexpr double kTukey = 4.685 * 1.4826; // in median deviations
 constexpr double kWorthwhile = 0.5;       // dB
 constexpr double kClear = 6;              // dB: motion of slices looks like less
-constexpr double kAlike = 0.8;            // least correlation of scans of the same tissue
 constexpr double kAir = 0.1;              // share below which Otsu's threshold lies between tissues
 constexpr double kExcess = 1.5;           // of the shared shading relative to the scans' individual shading
 constexpr double kLeast = 0.01;           // range of a scan's own shading that is reported
@@ -95,7 +95,7 @@ Common look(std::span<const Stack> stacks, std::span<const std::size_t> part, Th
     bounds.include(toIndex(places[p]));
   }
   c.points = common.size();
-  if (static_cast<std::int64_t>(c.points) < kFewest) return c;
+  if (static_cast<std::int64_t>(c.points) < kFewestPoints) return c;
   c.frame = biasFieldOver(box, bounds.low, bounds.high, kDegree);
   c.terms.resize(c.points * kTerms);
   for (std::size_t p = 0; p < c.points; ++p)
@@ -167,7 +167,7 @@ Coefficients fitFields(const Common& c, int count, ThreadPool& pool) {
         rest[p] = logs[p * n + s] - othersAt(&logs[p * n], n, s);
         if (std::isfinite(rest[p])) sizes.push_back(std::abs(rest[p]));
       }
-      if (static_cast<std::int64_t>(sizes.size()) < kFewest) continue;
+      if (static_cast<std::int64_t>(sizes.size()) < kFewestPoints) continue;
       // The first sweep sees the shading itself.
       const double width = sweep == 0 ? std::numeric_limits<double>::infinity() : kTukey * median(sizes);
       std::vector<std::vector<double>> parts(static_cast<std::size_t>(blocks));
@@ -218,27 +218,18 @@ Agreement agreementOf(const Common& c, const Coefficients& fields, ThreadPool& p
   const std::size_t n = c.scans.size();
   const std::vector<double> logs = corrected(c, fields, pool);
   Agreement agreement;
-  double squared = 0, count = 0;
+  PairedSums all;
   for (std::size_t s = 0; s < n; ++s) {
-    double m = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+    PairedSums inside;
     for (std::size_t p = 0; p < c.points; ++p) {
       const double other = std::exp(othersAt(&logs[p * n], n, s)), own = std::exp(logs[p * n + s]);
       if (!std::isfinite(own + other)) continue;
-      count += 1;
-      squared += (own - other) * (own - other);
-      if (!(c.log(p, s) > c.inside[s])) continue; // edges agree in any contrast
-      m += 1;
-      a += own;
-      b += other;
-      aa += own * own;
-      bb += other * other;
-      ab += own * other;
+      all.add(own, other);
+      if (c.log(p, s) > c.inside[s]) inside.add(own, other); // edges agree in any contrast
     }
-    const double va = aa - a * a / m, vb = bb - b * b / m;
-    agreement.correlation.push_back(m >= kFewest && va > 0 && vb > 0 ? (ab - a * b / m) / std::sqrt(va * vb)
-                                                                     : kNaN);
+    agreement.correlation.push_back(inside.correlation());
   }
-  if (count >= kFewest) agreement.psnr = -10 * std::log10(squared / count / (c.peak * c.peak));
+  agreement.psnr = all.psnr(c.peak);
   return agreement;
 }
 
@@ -299,12 +290,12 @@ BiasCorrection findFields(std::span<const Stack> stacks, const Search& search, T
   for (;;) {
     if (part.size() < 2) return result;
     c = look(stacks, part, pool);
-    if (static_cast<std::int64_t>(c.points) < kFewest) return result;
+    if (static_cast<std::int64_t>(c.points) < kFewestPoints) return result;
     fields = fitFields(c, kTerms, pool);
     const Agreement after = agreementOf(c, fields, pool);
     std::vector<std::size_t> alike;
     for (std::size_t n = 0; n < part.size(); ++n)
-      if (after.correlation[n] >= kAlike) alike.push_back(part[n]);
+      if (after.correlation[n] >= kSameTissue) alike.push_back(part[n]);
     if (alike.size() == part.size()) {
       result.psnrAfter = after.psnr;
       break;

@@ -1,5 +1,6 @@
 #include "Core/Alignment/StackAgreement.h"
 
+#include "Core/Alignment/PairedSums.h"
 #include "Core/Alignment/SamplePlaces.h"
 #include "Core/Base/NumberText.h"
 
@@ -10,30 +11,10 @@ namespace innergs {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr std::int64_t kFewestPoints = 300, kBlock = 4096;
+constexpr std::int64_t kBlock = 4096;
 constexpr double kPlaceDistance = 0.7; // in σ of the common resolution
-constexpr double kAlike = 0.8;         // minimum correlation of scans of the same tissue
-constexpr double kClose = 0.95;        // and of scans that lie where they should
+constexpr double kClose = 0.95;        // least correlation of scans that lie where they should
 constexpr double kSameBrightness = 0.05;
-
-/// Sums over the places where two images show the body.
-struct Sums {
-  double n = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0, squared = 0;
-
-  void add(double x, double y) {
-    n += 1;
-    a += x;
-    b += y;
-    aa += x * x;
-    bb += y * y;
-    ab += x * y;
-    squared += (x - y) * (x - y);
-  }
-  double correlation() const {
-    const double va = aa - a * a / n, vb = bb - b * b / n;
-    return n >= kFewestPoints && va > 0 && vb > 0 ? (ab - a * b / n) / std::sqrt(va * vb) : kNaN;
-  }
-};
 
 /// What the scans show at common places; NaN: not seen, or air.
 struct Seen {
@@ -62,7 +43,7 @@ Seen look(std::span<const BlurredStack> images, double distance, ThreadPool& poo
 }
 
 double correlationOf(const Seen& seen, std::size_t one, std::size_t other) {
-  Sums sums;
+  PairedSums sums;
   for (std::size_t p = 0; p < seen.places; ++p)
     if (const double a = seen.at(p, one), b = seen.at(p, other); std::isfinite(a + b)) sums.add(a, b);
   return sums.correlation();
@@ -75,7 +56,7 @@ std::vector<std::size_t> groupsOf(const std::vector<std::vector<double>>& correl
     group[s] = s;
   for (std::size_t s = 0; s < group.size(); ++s)
     for (std::size_t t = 0; t < s; ++t)
-      if (correlation[s][t] >= kAlike) {
+      if (correlation[s][t] >= kSameTissue) {
         const std::size_t from = std::max(group[s], group[t]), to = std::min(group[s], group[t]);
         std::replace(group.begin(), group.end(), from, to);
       }
@@ -155,7 +136,7 @@ std::vector<StackAgreement> compareStacks(std::span<const Stack> stacks, ThreadP
     StackAgreement& mine = result[part[s]];
     mine.fits = group[s] == most;
     const bool alone = members(most) == 1; // no two are alike
-    Sums sums;
+    PairedSums sums;
     for (std::size_t p = 0; p < seen.places; ++p) {
       double others = 0;
       int n = 0;
@@ -167,9 +148,8 @@ std::vector<StackAgreement> compareStacks(std::span<const Stack> stacks, ThreadP
       if (n > 0 && std::isfinite(seen.at(p, s))) sums.add(others / n, seen.at(p, s));
     }
     mine.correlation = sums.correlation();
-    if (sums.n < kFewestPoints) continue;
-    mine.psnr = -10 * std::log10(sums.squared / sums.n / (peak * peak));
-    if (mine.fits && !belowZero(valuesOf(images[s]))) mine.ratio = sums.ab / sums.bb;
+    mine.psnr = sums.psnr(peak);
+    if (sums.enough() && mine.fits && !belowZero(valuesOf(images[s]))) mine.ratio = sums.ab / sums.bb;
   }
   return result;
 }

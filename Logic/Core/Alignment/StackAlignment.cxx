@@ -1,5 +1,6 @@
 #include "Core/Alignment/StackAlignment.h"
 
+#include "Core/Alignment/PairedSums.h"
 #include "Core/Alignment/Rigid.h"
 #include "Core/Alignment/SamplePlaces.h"
 #include "Core/Alignment/StackAgreement.h"
@@ -15,7 +16,7 @@ namespace innergs {
 namespace {
 
 constexpr int kParameters = 7; // translation, rotation, gain
-constexpr std::int64_t kFewestPoints = 300, kBlock = 4096;
+constexpr std::int64_t kBlock = 4096;
 constexpr int kSteps = 25;           // at each resolution
 constexpr int kRounds = 3;           // over the scans, once there are more than two
 constexpr double kConverged = 0.005; // mm
@@ -27,7 +28,6 @@ constexpr double kWorthwhile = 0.5;  // dB: minimum gain
 // A larger turn must gain more, up to a limit: where slices moved, round anatomy gains a little by chance
 // when it is turned far, but a scan that really was turned that far gains much.
 constexpr double kSmallAngle = 4, kPerDegree = 0.25, kMostNeeded = 4; // degrees, dB per degree, dB
-constexpr double kAlike = 0.8; // minimum correlation of scans of the same tissue
 constexpr int kPoseParameters = 6;
 constexpr double kPlaceDistance = 0.7; // of the compared places, in σ of the common resolution
 constexpr double kTukey = 4.685 * 1.4826;
@@ -113,26 +113,12 @@ void startGain(StackAlignment& alignment, std::span<const Pair> pairs) {
   if (ratio < 1 / kAlikeScale || ratio > kAlikeScale) alignment.gain *= ratio;
 }
 
-struct Agreement {
-  double squared = 0, correlation = kNaN; // mean squared difference
-};
-
 /// Compares where both show the body: its edges would agree in any contrast.
-Agreement agreementOf(std::vector<Pair> pairs, double threshold) {
-  std::erase_if(pairs, [&](const Pair& p) { return std::min(p.own, p.other) < threshold; });
-  if (static_cast<std::int64_t>(pairs.size()) < kFewestPoints) return {kNaN, kNaN};
-  const auto n = static_cast<double>(pairs.size());
-  double a = 0, b = 0, aa = 0, bb = 0, ab = 0, squared = 0;
-  for (const Pair& p : pairs) {
-    a += p.other;
-    b += p.own;
-    aa += p.other * p.other;
-    bb += p.own * p.own;
-    ab += p.other * p.own;
-    squared += (p.own - p.other) * (p.own - p.other);
-  }
-  const double va = aa - a * a / n, vb = bb - b * b / n;
-  return {squared / n, va > 0 && vb > 0 ? (ab - a * b / n) / std::sqrt(va * vb) : kNaN};
+PairedSums compare(std::span<const Pair> pairs, double threshold) {
+  PairedSums sums;
+  for (const Pair& p : pairs)
+    if (std::min(p.own, p.other) >= threshold) sums.add(p.other, p.own);
+  return sums;
 }
 
 /// Weights of the differences by Tukey's biweight.
@@ -235,7 +221,6 @@ std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::spa
       }
     if (level > 1) continue;
     const double peak = static_cast<double>(values.high) - values.low;
-    const auto psnr = [&](const Agreement& a) { return -10 * std::log10(a.squared / (peak * peak)); };
     for (std::size_t n = 1; n < part.size(); ++n) {
       StackAlignment& mine = result[part[n]];
       const StackAlignment still;
@@ -262,29 +247,29 @@ std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::spa
         mine.displacement = mine.angle = 0;
       }
       if (std::abs(mine.gain - 1) < kSameGain) mine.gain = 1;
-      const Agreement was = agreementOf(before, threshold);
-      Agreement is = agreementOf(seen(n, mine, 0), threshold);
+      const PairedSums was = compare(before, threshold);
+      PairedSums is = compare(seen(n, mine, 0), threshold);
       // Where the best pose makes scans alike they show the same body, also if it is not used.
-      const bool wasAlike = was.correlation >= kAlike, isAlike = is.correlation >= kAlike;
+      const bool wasAlike = was.correlation() >= kSameTissue, isAlike = is.correlation() >= kSameTissue;
       if (mine.displacement > 0) { // what the pose gains, apart from the gain factor
         StackAlignment unmoved;
         unmoved.gain = mine.gain;
-        const Agreement without = agreementOf(seen(n, unmoved, 0), threshold);
-        if (psnr(is) - psnr(without) < leastPoseGain(mine.angle, moved.size())) {
+        const PairedSums without = compare(seen(n, unmoved, 0), threshold);
+        if (is.psnr(peak) - without.psnr(peak) < leastPoseGain(mine.angle, moved.size())) {
           mine.toOthers = {};
           mine.displacement = mine.angle = 0;
           is = without;
         }
       }
-      mine.psnrBefore = psnr(was);
-      mine.psnrAfter = psnr(is);
-      mine.correlation = is.correlation;
+      mine.psnrBefore = was.psnr(peak);
+      mine.psnrAfter = is.psnr(peak);
+      mine.correlation = is.correlation();
       if (isAlike && (!wasAlike || mine.psnrAfter >= mine.psnrBefore + kWorthwhile)) continue;
       mine.toOthers = {};
       mine.displacement = mine.angle = 0;
       mine.gain = 1;
       mine.psnrAfter = mine.psnrBefore;
-      mine.correlation = was.correlation;
+      mine.correlation = was.correlation();
       mine.fits = wasAlike;
     }
   }

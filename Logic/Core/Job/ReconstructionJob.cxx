@@ -66,15 +66,22 @@ ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhe
   checkHeldOutFraction(job.input.heldOutFraction);
   std::optional<ProgressParts> parts;
   if (withheldFraction(job.input) > 0) parts.emplace(job.progress, partsOf(job.input, job.settings));
+  std::optional<Progress> done; // reported once everything is
+  const ProgressCallback untilDone = [&](const Progress& progress) {
+    if (progress.phase == Phase::Done)
+      done = progress;
+    else if (job.progress)
+      job.progress(progress);
+  };
   ReconstructionResult result;
   std::vector<Stack> placed;
   {
-    ReconstructionRun first(job.input, job.settings, false, parts ? parts->next() : job.progress,
-                            job.preview);
+    ReconstructionRun first(job.input, job.settings, false, parts ? parts->next() : untilDone, job.preview);
     result = first.run(stop, renderWhenCancelled);
     if (job.input.uncertainty) placed = first.takeStacks();
   }
   if (!result.cancelled) job.showProfiles(result, stop);
+  if (done && job.progress) job.progress(*done);
   if (parts && !result.cancelled) {
     job.judge(result, placed, *parts, stop);
     parts->finish();

@@ -61,8 +61,6 @@ Stack someSlices(const Stack& stack, std::int64_t count) {
 }
 
 constexpr double kReportEvery = 0.05; // seconds, minimum, while a device iterates
-constexpr double kAnotherBody = 0.3;  // correlation below which two scans show different bodies
-constexpr double kSameBody = 0.8;     // and above which a scan whose slices were moved fits the others
 constexpr std::int64_t kCompared = 8; // slices of each scan that are compared with the result
 
 } // namespace
@@ -103,8 +101,10 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
   result_.threads = pool_->threads();
   pool_->setStop(stop);
   try {
-    prepared_ =
-        prepareInput(input_, stop, withheld_, [this](std::span<Stack> stacks) { return correct(stacks); });
+    correction_.emplace(input_, settings_, withheld_, progress_, *pool_);
+    prepared_ = prepareInput(input_, stop, withheld_,
+                             [this](std::span<Stack> stacks) { return correction_->apply(stacks); });
+    correction_->report(result_);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Cancelled) throw;
     result_.cancelled = true;
@@ -158,111 +158,12 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
   return std::move(result_);
 }
 
-/// Corrects each scan's shading, then aligns whole scans, evens out their shading and moves their slices.
-/// Returns sentences for the user.
-std::vector<std::string> ReconstructionRun::correct(std::span<Stack> stacks) {
-  std::vector<std::string> sentences;
-  if (settings_.n4)
-    for (Stack& stack : stacks) {
-      sentences.push_back(input_.n4(stack, !input_.masks.empty(), pool_->stopToken()));
-      if (withheld_) corrected_.push_back(stack.image.voxels);
-    }
-  if (stacks.size() < 2) return sentences;
-  const BiasCorrection left = placeScans(stacks);
-  std::vector<Stack> even; // without that shading, which would be taken for motion
-  if (!left.scans.empty()) {
-    even.assign(stacks.begin(), stacks.end());
-    for (std::size_t s = 0; s < even.size(); ++s)
-      applyBias(left.scans[s], even[s], *pool_);
-  }
-  compareScans(stacks, even);
-  moveSlices(stacks, even);
-  const auto add = [&](const std::string& said) {
-    if (!said.empty()) sentences.push_back(said);
-  };
-  std::vector<std::string> names;
-  for (std::size_t s = 0; s < stacks.size(); ++s) {
-    names.push_back(nameOf(stacks[s], s));
-    if (!input_.stacks[s].poses.empty() && (settings_.align || settings_.sliceMotion != SliceMotionKind::Off))
-      add(names[s] + " has slices with poses of their own: it is used where they put it and takes no part in "
-                     "the alignment, and no slices are moved.");
-    if (!result_.alignment.empty() && result_.alignment[s].fits)
-      add(alignmentSentence(result_.alignment[s], names[s]));
-    add(misfitSentence(result_.agreement[s], names[s], result_.sliceMotion.moved));
-  }
-  for (std::size_t s = 0; s < result_.bias.scans.size(); ++s)
-    add(biasSentence(result_.bias.scans[s], names[s]));
-  add(biasSentence(result_.bias, settings_.keepBias ? names.front() : std::string()));
-  add(shadingSentence(left));
-  add(sliceMotionSentence(result_.sliceMotion, names));
-  return sentences;
-}
-
-/// Aligns whole scans and evens out their shading. Returns shading that was found but is left in them.
-BiasCorrection ReconstructionRun::placeScans(std::span<Stack> stacks) {
-  progress_.report(Phase::Aligning, 0);
-  if (settings_.align) result_.alignment = alignStacks(stacks, *pool_);
-  BiasCorrection left;
-  if (settings_.biasField != BiasFieldKind::Off)
-    result_.bias = findBias(stacks, result_.alignment, settings_.biasField == BiasFieldKind::On, *pool_);
-  else if (settings_.align) // where scans lie apart, their differences look like shading
-    left = findShading(stacks, result_.alignment, *pool_);
-  if (settings_.align) applyAlignment(result_.alignment, stacks);
-  evenOut(result_.bias, stacks);
-  return left;
-}
-
-/// Divides aligned stacks by their bias fields, or gives them all that of the first.
-void ReconstructionRun::evenOut(const BiasCorrection& bias, std::span<Stack> stacks) {
-  for (std::size_t s = 0; s < bias.scans.size(); ++s)
-    applyBias(bias.scans[s], stacks[s], *pool_, settings_.keepBias ? &bias.scans.front() : nullptr);
-}
-
-/// Measures how well the scans agree as they lie. even: the same without their shading; none: they have none.
-void ReconstructionRun::compareScans(std::span<const Stack> stacks, std::span<const Stack> even) {
-  const bool aligned = !result_.alignment.empty();
-  result_.agreement =
-      aligned && even.empty() ? agreementsOf(result_.alignment) : compareStacks(stacks, *pool_);
-  if (even.empty()) return;
-  const std::vector<StackAgreement> same =
-      aligned ? agreementsOf(result_.alignment) : compareStacks(even, *pool_);
-  for (std::size_t s = 0; s < same.size(); ++s)
-    result_.agreement[s].fits = same[s].fits;
-}
-
-/// Moves the stacks' slices to where they agree best, as found in `even` if that is not empty.
-void ReconstructionRun::moveSlices(std::span<Stack> stacks, std::span<const Stack> even) {
-  if (!correctsSlices(settings_, stacks)) return;
-  // Slices of another body can only be moved to where they happen to look alike.
-  if (differentBodies() && settings_.sliceMotion == SliceMotionKind::Auto) return;
-  progress_.report(Phase::Aligning, 0);
-  SliceMotion& motion = result_.sliceMotion;
-  motion = findSliceMotion(even.empty() ? std::span<const Stack>(stacks) : even,
-                           {settings_.sliceMotion == SliceMotionKind::On, settings_.packets}, *pool_,
-                           [&](double done) { progress_.report(Phase::Aligning, kMotionEnds * done); });
-  applySliceMotion(motion, stacks);
-  for (std::size_t s = 0; motion.moved && s < stacks.size(); ++s) {
-    StackAgreement& mine = result_.agreement[s];
-    mine.correlation = motion.scans[s].correlation;
-    mine.psnr = motion.scans[s].psnr;
-    mine.ratio = 1;
-    mine.fits = mine.fits || mine.correlation >= kSameBody;
-  }
-}
-
-/// Whether the alignment found scans that do not go together.
-bool ReconstructionRun::differentBodies() const {
-  return std::any_of(result_.alignment.begin(), result_.alignment.end(),
-                     [](const auto& a) { return !a.fits && !(a.correlation >= kAnotherBody); });
-}
-
 void ReconstructionRun::choose() {
   pool_->throwIfStopped();
   map_ = chooseIntensityMap(prepared_.stacks);
   pool_->throwIfStopped();
   traits_ = measureTraits(prepared_.stacks, map_);
-  if (result_.sliceMotion.moved && std::isfinite(result_.sliceMotion.psnrAfter))
-    traits_.disagreement = std::pow(10, -result_.sliceMotion.psnrAfter / 20);
+  traits_.disagreement = correction_->disagreement();
   result_.noise = traits_.noise * map_.scale;
   if (predicts(settings_, traits_)) {
     const double noise = unpredictedNoise(prepared_.stacks.front(), traits_.noise);
@@ -286,8 +187,8 @@ void ReconstructionRun::choose() {
       progress_.say(said);
     }
   }
-  predictsEach_ =
-      !differentBodies() && predictsEach(settings_, traits_, prepared_.stacks, !input_.masks.empty());
+  predictsEach_ = !correction_->differentBodies() &&
+                  predictsEach(settings_, traits_, prepared_.stacks, !input_.masks.empty());
   asked_ = settings_;
   if (!settings_.gaussians) {
     Settings whole = settings_;
@@ -654,29 +555,6 @@ std::vector<Stack> ReconstructionRun::predictEach() {
   return predictions;
 }
 
-/// A whole stack of the input, its slices where the fit has put them. Withheld ones took no part in that:
-/// they are placed in the field that was fitted to the others.
-Stack ReconstructionRun::placedStack(std::size_t index, const RenderOptions& options) {
-  std::vector<Stack> whole{input_.stacks[index]};
-  if (!corrected_.empty()) whole.front().image.voxels = corrected_[index];
-  if (!result_.alignment.empty()) applyAlignment(std::span(&result_.alignment[index], 1), whole);
-  if (!result_.bias.scans.empty())
-    applyBias(result_.bias.scans[index], whole.front(), *pool_,
-              settings_.keepBias ? &result_.bias.scans.front() : nullptr);
-  if (!result_.sliceMotion.moved) return std::move(whole.front());
-  SliceMotion motion;
-  motion.moved = true;
-  motion.slices.push_back(result_.sliceMotion.slices[index]);
-  const auto& withheld = prepared_.heldOut[index];
-  const std::vector<SlicePose> placed =
-      placeSlices([&](const GridGeometry& grid) { return render(model_.field, grid, options); },
-                  whole.front(), withheld, prepared_.range.low >= 0, *pool_);
-  for (std::size_t n = 0; n < withheld.size(); ++n)
-    motion.slices.front()[withheld[n]] = placed[n];
-  applySliceMotion(motion, whole);
-  return std::move(whole.front());
-}
-
 void ReconstructionRun::scoreHeldOut(const RenderOptions& options) {
   const GaussianField& field = model_.field;
   double squared = 0;
@@ -684,7 +562,9 @@ void ReconstructionRun::scoreHeldOut(const RenderOptions& options) {
   int slice = -1;
   for (std::size_t s = 0; s < prepared_.stacks.size(); ++s) {
     if (prepared_.heldOut[s].empty()) continue;
-    const Stack whole = placedStack(s, options);
+    const Stack whole = correction_->placed(
+        s, prepared_.heldOut[s], [&](const GridGeometry& grid) { return render(field, grid, options); },
+        prepared_.range.low >= 0);
     const Affine3 map = whole.image.geometry.indexToWorld();
     const auto& scored = prepared_.scored[s];
     const Volume rendered = renderStack(field, whole, options);

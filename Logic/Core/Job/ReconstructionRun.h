@@ -5,6 +5,7 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Job/JobProgress.h"
 #include "Core/Job/ResidualRefinement.h"
+#include "Core/Job/ScanCorrection.h"
 #include "Core/Render/Kernels.h"
 #include "Core/Render/Render.h"
 
@@ -40,12 +41,6 @@ public:
   std::vector<WithheldValue> takeWithheldValues() { return std::move(withheldValues_); }
 
 private:
-  std::vector<std::string> correct(std::span<Stack> stacks);
-  BiasCorrection placeScans(std::span<Stack> stacks);
-  void evenOut(const BiasCorrection& bias, std::span<Stack> stacks);
-  void compareScans(std::span<const Stack> stacks, std::span<const Stack> even);
-  void moveSlices(std::span<Stack> stacks, std::span<const Stack> even);
-  bool differentBodies() const;
   void choose();
   Volume fieldAlone(const Stack& stack, const GridGeometry& grid, const Settings& settings, double from,
                     double to);
@@ -66,7 +61,6 @@ private:
   std::optional<double> chooseShare(const RenderOptions& options);
   std::vector<Stack> predictEach();
   void renderResult(const std::stop_token& stop);
-  Stack placedStack(std::size_t index, const RenderOptions& options);
   void scoreHeldOut(const RenderOptions& options);
   void compareWithScans(const RenderOptions& options);
   RenderOptions renderOptions(const GaussianField& field, std::stop_token stop);
@@ -85,9 +79,9 @@ private:
   double nextPreview_ = 1.0; // seconds
 
   PreparedInput prepared_;
-  std::vector<std::vector<float>> corrected_; // voxels of the scans after N4, where some slices are withheld
   std::vector<WithheldValue> withheldValues_;
   std::unique_ptr<ThreadPool> pool_;
+  std::optional<ScanCorrection> correction_;
   const KernelSet* kernels_ = nullptr;
   std::optional<DeviceChoice> device_;
   IntensityMap map_;

@@ -162,8 +162,8 @@ double aligningVoxels(const std::vector<Stack>& stacks, const Settings& settings
   double count = !correctsSlices(settings, stacks)
                      ? 0
                      : voxels * (moves(stacks, settings) ? kMovedSlices : kStillSlices);
-  const double perPoint =
-      (settings.align ? kAligning : 0) + (settings.biasField != BiasFieldKind::Off ? kShading : 0);
+  const bool shading = settings.align || settings.biasField != BiasFieldKind::Off; // at least looked for
+  const double perPoint = (settings.align ? kAligning : 0) + (shading ? kShading : 0);
   if (perPoint > 0)
     for (const Stack& stack : stacks)
       count += perPoint * std::min(kAlignedPoints, static_cast<double>(stack.image.geometry.voxelCount())) *

@@ -1,0 +1,149 @@
+#include "Core/Job/ScanCorrection.h"
+
+#include "Core/Alignment/PairedSums.h"
+#include "Core/Job/JobInput.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace innergs {
+namespace {
+
+constexpr double kAnotherBody = 0.3; // correlation below which two scans show different bodies
+
+} // namespace
+
+ScanCorrection::ScanCorrection(const ReconstructionInput& input, const Settings& settings, bool keepsVoxels,
+                               JobProgress& progress, ThreadPool& pool)
+    : input_(input), settings_(settings), keepsVoxels_(keepsVoxels), progress_(progress), pool_(pool) {}
+
+std::vector<std::string> ScanCorrection::apply(std::span<Stack> stacks) {
+  std::vector<std::string> said;
+  if (settings_.n4)
+    for (Stack& stack : stacks) {
+      said.push_back(input_.n4(stack, !input_.masks.empty(), pool_.stopToken()));
+      if (keepsVoxels_) voxels_.push_back(stack.image.voxels);
+    }
+  if (stacks.size() < 2) return said;
+  const BiasCorrection left = alignScans(stacks);
+  std::vector<Stack> even; // without that shading, which would be taken for motion
+  if (!left.scans.empty()) {
+    even.assign(stacks.begin(), stacks.end());
+    for (std::size_t s = 0; s < even.size(); ++s)
+      applyBias(left.scans[s], even[s], pool_);
+  }
+  compareScans(stacks, even);
+  moveSlices(stacks, even);
+  const std::vector<std::string> more = sentences(stacks, left);
+  said.insert(said.end(), more.begin(), more.end());
+  return said;
+}
+
+std::vector<std::string> ScanCorrection::sentences(std::span<const Stack> stacks,
+                                                   const BiasCorrection& left) const {
+  std::vector<std::string> said, names;
+  const auto add = [&](const std::string& sentence) {
+    if (!sentence.empty()) said.push_back(sentence);
+  };
+  for (std::size_t s = 0; s < stacks.size(); ++s) {
+    names.push_back(nameOf(stacks[s], s));
+    if (!input_.stacks[s].poses.empty() && (settings_.align || settings_.sliceMotion != SliceMotionKind::Off))
+      add(names[s] + " has slices with poses of their own: it is used where they put it and takes no part in "
+                     "the alignment, and no slices are moved.");
+    if (!alignment_.empty() && alignment_[s].fits) add(alignmentSentence(alignment_[s], names[s]));
+    add(misfitSentence(agreement_[s], names[s], motion_.moved));
+  }
+  for (std::size_t s = 0; s < bias_.scans.size(); ++s)
+    add(biasSentence(bias_.scans[s], names[s]));
+  add(biasSentence(bias_, settings_.keepBias ? names.front() : std::string()));
+  add(shadingSentence(left));
+  add(sliceMotionSentence(motion_, names));
+  return said;
+}
+
+/// Aligns whole scans and evens out their shading. Returns shading that was found but is left in them.
+BiasCorrection ScanCorrection::alignScans(std::span<Stack> stacks) {
+  progress_.report(Phase::Aligning, 0);
+  if (settings_.align) alignment_ = alignStacks(stacks, pool_);
+  BiasCorrection left;
+  if (settings_.biasField != BiasFieldKind::Off)
+    bias_ = findBias(stacks, alignment_, settings_.biasField == BiasFieldKind::On, pool_);
+  else if (settings_.align) // where scans lie apart, their differences look like shading
+    left = findShading(stacks, alignment_, pool_);
+  if (settings_.align) applyAlignment(alignment_, stacks);
+  for (std::size_t s = 0; s < stacks.size(); ++s)
+    evenOut(s, stacks[s]);
+  return left;
+}
+
+/// Divides an aligned stack by its bias field, or gives it that of the first.
+void ScanCorrection::evenOut(std::size_t scan, Stack& stack) const {
+  if (!bias_.scans.empty())
+    applyBias(bias_.scans[scan], stack, pool_, settings_.keepBias ? &bias_.scans.front() : nullptr);
+}
+
+/// Measures how well the scans agree as they lie. even: the same without their shading; none: they have none.
+void ScanCorrection::compareScans(std::span<const Stack> stacks, std::span<const Stack> even) {
+  const bool aligned = !alignment_.empty();
+  agreement_ = aligned && even.empty() ? agreementsOf(alignment_) : compareStacks(stacks, pool_);
+  if (even.empty()) return;
+  const std::vector<StackAgreement> same = aligned ? agreementsOf(alignment_) : compareStacks(even, pool_);
+  for (std::size_t s = 0; s < same.size(); ++s)
+    agreement_[s].fits = same[s].fits;
+}
+
+/// Moves the stacks' slices to where they agree best, as found in `even` if that is not empty.
+void ScanCorrection::moveSlices(std::span<Stack> stacks, std::span<const Stack> even) {
+  if (!correctsSlices(settings_, stacks)) return;
+  // Slices of another body can only be moved to where they happen to look alike.
+  if (differentBodies() && settings_.sliceMotion == SliceMotionKind::Auto) return;
+  progress_.report(Phase::Aligning, 0);
+  motion_ = findSliceMotion(even.empty() ? std::span<const Stack>(stacks) : even,
+                            {settings_.sliceMotion == SliceMotionKind::On, settings_.packets}, pool_,
+                            [&](double done) { progress_.report(Phase::Aligning, kMotionEnds * done); });
+  applySliceMotion(motion_, stacks);
+  for (std::size_t s = 0; motion_.moved && s < stacks.size(); ++s) {
+    StackAgreement& mine = agreement_[s];
+    mine.correlation = motion_.scans[s].correlation;
+    mine.psnr = motion_.scans[s].psnr;
+    mine.ratio = 1;
+    mine.fits = mine.fits || mine.correlation >= kSameTissue;
+  }
+}
+
+void ScanCorrection::report(ReconstructionResult& result) const {
+  result.alignment = alignment_;
+  result.bias = bias_;
+  result.agreement = agreement_;
+  result.sliceMotion = motion_;
+}
+
+double ScanCorrection::disagreement() const {
+  return motion_.moved && std::isfinite(motion_.psnrAfter) ? std::pow(10, -motion_.psnrAfter / 20) : 0;
+}
+
+bool ScanCorrection::differentBodies() const {
+  return std::any_of(alignment_.begin(), alignment_.end(),
+                     [](const auto& a) { return !a.fits && !(a.correlation >= kAnotherBody); });
+}
+
+Stack ScanCorrection::placed(std::size_t scan, std::span<const std::int64_t> withheld,
+                             const std::function<Volume(const GridGeometry&)>& render, bool scales) const {
+  std::vector<Stack> whole{input_.stacks[scan]};
+  Stack& stack = whole.front();
+  if (!voxels_.empty()) stack.image.voxels = voxels_[scan];
+  if (!alignment_.empty()) applyAlignment(std::span(&alignment_[scan], 1), whole);
+  evenOut(scan, stack);
+  if (!motion_.moved) return std::move(stack);
+  SliceMotion motion;
+  motion.moved = true;
+  motion.slices.push_back(motion_.slices[scan]);
+  const std::vector<SlicePose> found = placeSlices(render, stack, withheld, scales, pool_);
+  for (std::size_t n = 0; n < withheld.size(); ++n)
+    motion.slices.front()[static_cast<std::size_t>(withheld[n])] = found[n];
+  applySliceMotion(motion, whole);
+  return std::move(stack);
+}
+
+} // namespace innergs
