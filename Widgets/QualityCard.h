@@ -21,7 +21,7 @@ public:
 private:
   void setTable(const QVector<QualityRow>& rows);
 
-  QLabel *summary_, *agreement_, *profile_, *prediction_, *uncertainty_, *verdict_, *heldOut_, *samples_,
+  QLabel *summary_, *profile_, *agreement_, *prediction_, *uncertainty_, *verdict_, *heldOut_, *samples_,
       *training_;
   MessageLine* warnings_;
   QWidget* table_;

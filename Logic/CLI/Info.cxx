@@ -85,10 +85,7 @@ Json fieldInfo(const GaussianField& field) {
   return info;
 }
 
-Json modelInfo(const std::filesystem::path& path) {
-  ModelNotes notes;
-  std::optional<FeatureModel> features;
-  const Model model = readModel(path, &notes, &features);
+Json stillInfo(const Model& model, const FeatureModel* features, const std::filesystem::path& path) {
   Json info = fieldInfo(model.field);
   if (isPly(path)) return info;
   info["kind"] = "model";
@@ -99,13 +96,10 @@ Json modelInfo(const std::filesystem::path& path) {
     info["features"]["classes"] =
         std::vector<std::string>(features->names.begin() + 1, features->names.end());
   }
-  if (!notes.empty()) info["notes"] = notes;
   return info;
 }
 
-Json movingInfo(const std::filesystem::path& path) {
-  ModelNotes notes;
-  const DynamicField field = readDynamicModel(path, &notes);
+Json movingInfo(const DynamicField& field) {
   Json info = fieldInfo(field.canonical);
   info["kind"] = "model of a moving scan";
   info["changes_by"] = dynamicKindName(field.kind);
@@ -113,7 +107,13 @@ Json movingInfo(const std::filesystem::path& path) {
   info["first_time_s"] = field.times.front();
   info["last_time_s"] = field.times.back();
   info["coefficients_in_time"] = coefficientsInTime(field);
-  if (!notes.empty()) info["notes"] = notes;
+  return info;
+}
+
+Json modelInfo(const std::filesystem::path& path) {
+  const AnyModel read = readAnyModel(path);
+  Json info = read.field ? movingInfo(*read.field) : stillInfo(*read.model, read.features.get(), path);
+  if (!read.notes.empty()) info["notes"] = read.notes;
   return info;
 }
 
@@ -246,7 +246,6 @@ Subcommand addInfo(CLI::App& app) {
   return {command, [o] {
             o->reading.calibration = o->calibration;
             const Json info = o->file.empty()           ? programInfo()
-                              : isDynamicModel(o->file) ? movingInfo(o->file)
                               : looksLikeModel(o->file) ? modelInfo(o->file)
                                                         : imageInfo(o->file, o->reading);
             if (o->json)

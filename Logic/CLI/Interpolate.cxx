@@ -178,9 +178,7 @@ int interpolate(const InterpolateOptions& o) {
     if (!result.choice.empty()) display.say(result.choice);
     for (const std::string& note : result.notes)
       warn(note);
-    notes["Inputs"] = utf8(std::filesystem::path(o.input).filename());
-    if (const std::string settings = movingSettingsText(result.settings); !settings.empty())
-      notes["Settings"] = settings;
+    notes = notesOf(result, utf8(std::filesystem::path(o.input).filename()));
     if (!result.cancelled) result.state = {};
   }
   const DynamicField& field = *result.field;

@@ -248,8 +248,9 @@ GaussianField loadField(const std::filesystem::path& path, std::optional<double>
 }
 
 void addFill(CLI::App& command, std::optional<double>& fill) {
+  const SettingRange& range = settingNamed("fill").range;
   addOption(command, "--fill", fill, "VALUE", "Value outside the mask [the model's own]")
-      ->check(CLI::Range(-1e30, 1e30));
+      ->check(CLI::Range(range.lowest, range.highest));
 }
 
 bool looksLikeModel(const std::filesystem::path& path) {

@@ -1,5 +1,7 @@
 #include "IO/DynamicModelFile.h"
 
+#include "Core/Base/NumberText.h"
+#include "Core/Settings/SettingsTable.h"
 #include "IO/MemoryCheck.h"
 #include "IO/ModelMetadata.h"
 
@@ -122,6 +124,15 @@ std::vector<std::int64_t> nodesShape(const DynamicField& field) {
 
 } // namespace
 
+ModelNotes notesOf(const DynamicResult& result, const std::string& inputs) {
+  return {{"Version", INNERGS_VERSION},
+          {"Inputs", inputs},
+          {"Settings", movingSettingsText(result.settings)},
+          {"InstructionSet", result.instructionSet},
+          {"Device", result.device.id},
+          {"TrainingPSNR", formatted("%.3f", result.trainingPsnr)}};
+}
+
 void writeDynamicModel(const DynamicField& field, const std::filesystem::path& path, const ModelNotes& notes,
                        const RefinementState& state, const FeatureModel* features) {
   checkDynamicField(field);
@@ -218,6 +229,17 @@ std::shared_ptr<const StoppedDynamicFit> readStoppedFit(const std::filesystem::p
   stopped->field = readDynamicModel(path, nullptr, &stopped->state, &features);
   stopped->knowsSegments = features.has_value();
   return stopped;
+}
+
+AnyModel readAnyModel(const std::filesystem::path& path) {
+  AnyModel any;
+  std::optional<FeatureModel> features;
+  if (isDynamicModel(path))
+    any.field = std::make_shared<const DynamicField>(readDynamicModel(path, &any.notes, nullptr, &features));
+  else
+    any.model = std::make_shared<const Model>(readModel(path, &any.notes, &features));
+  if (features) any.features = std::make_shared<const FeatureModel>(std::move(*features));
+  return any;
 }
 
 bool isDynamicModel(const std::filesystem::path& path) {

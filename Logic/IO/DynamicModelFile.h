@@ -11,6 +11,9 @@ void writeDynamicModel(const DynamicField& field, const std::filesystem::path& p
                        const ModelNotes& notes = {}, const RefinementState& state = {},
                        const FeatureModel* features = nullptr);
 
+/// The notes of a moving scan's model. inputs: names.
+ModelNotes notesOf(const DynamicResult& result, const std::string& inputs);
+
 /// Checks everything before use. Throws Error(FileNotFound | FileFormat | Memory).
 DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* notes = nullptr,
                               RefinementState* state = nullptr,
@@ -18,6 +21,16 @@ DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* not
 
 /// A stopped fit, for DynamicJob::resume(). Throws as readDynamicModel() does.
 std::shared_ptr<const StoppedDynamicFit> readStoppedFit(const std::filesystem::path& path);
+
+/// A model file of either kind: `model` or `field` is set.
+struct AnyModel {
+  std::shared_ptr<const Model> model;
+  std::shared_ptr<const DynamicField> field;    // of a moving scan
+  std::shared_ptr<const FeatureModel> features; // null: none
+  ModelNotes notes;
+};
+/// Throws as readModel() and readDynamicModel() do.
+AnyModel readAnyModel(const std::filesystem::path& path);
 
 /// Whether the file is a model of a moving scan; false for anything unreadable.
 bool isDynamicModel(const std::filesystem::path& path);

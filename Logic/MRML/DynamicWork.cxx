@@ -1,7 +1,6 @@
 #include "DynamicWork.h"
 
 #include "Core/Base/Error.h"
-#include "Core/Base/NumberText.h"
 #include "Core/Job/MemoryEstimate.h"
 #include "IO/DynamicModelFile.h"
 #include "IO/FilePath.h"
@@ -98,14 +97,11 @@ DynamicOutputs DynamicWork::makeNodes(vtkMRMLScene* scene) {
   const vtkSmartPointer<vtkMRMLSequenceNode> input =
       sequence_ && sequence_->GetScene() == scene ? sequence_.Get() : nullptr;
   const auto there = [&](vtkMRMLNode* node) { return node && node->GetScene() == scene; };
+  const ModelNotes notes = notesOf(outcome_.result, name_);
   const auto provenance = [&](vtkMRMLNode* node) {
     MRMLNodeModifyBlocker blocker(node);
-    node->SetAttribute("InnerGS.Version", INNERGS_VERSION);
-    node->SetAttribute("InnerGS.Inputs", name_.c_str());
-    node->SetAttribute("InnerGS.Settings", settingsText().c_str());
-    node->SetAttribute("InnerGS.InstructionSet", outcome_.result.instructionSet.c_str());
-    node->SetAttribute("InnerGS.Device", outcome_.result.device.id.c_str());
-    node->SetAttribute("InnerGS.TrainingPSNR", formatted("%.3f", outcome_.result.trainingPsnr).c_str());
+    for (const auto& [name, text] : notes)
+      node->SetAttribute(("InnerGS." + name).c_str(), text.c_str());
   };
   DynamicOutputs made;
   for (const std::string& sentence : {outcome_.note, outcome_.result.choice})

@@ -105,28 +105,18 @@ int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
                            "There is no file name to read a model from: choose a file.");
     const std::filesystem::path path = innergs::pathOf(name);
     isPly(path); // or a model by its name
-    innergs::ModelNotes notes;
-    std::optional<innergs::FeatureModel> features;
-    const auto shared = [](std::optional<innergs::FeatureModel> read) {
-      return read ? std::make_shared<const innergs::FeatureModel>(std::move(*read)) : nullptr;
-    };
-    if (innergs::isDynamicModel(path)) {
-      auto field = std::make_shared<const innergs::DynamicField>(
-          innergs::readDynamicModel(path, &notes, nullptr, &features));
-      vtkNew<vtkInnerGSDynamicModel> model;
-      model->SetField(field, shared(std::move(features)));
-      MRMLNodeModifyBlocker blocker(modelNode);
-      if (!notes.empty()) setNotes(modelNode, notes);
-      modelNode->SetDynamicModel(model);
-      this->Remember(modelNode);
-      return 1;
-    }
-    auto core = std::make_shared<const innergs::Model>(innergs::readModel(path, &notes, &features));
-    vtkNew<vtkInnerGSModel> model;
-    model->SetCoreModel(core, shared(std::move(features)));
+    const innergs::AnyModel read = innergs::readAnyModel(path);
     MRMLNodeModifyBlocker blocker(modelNode);
-    if (!notes.empty()) setNotes(modelNode, notes); // else what the scene's file says of the node stays
-    modelNode->SetModel(model);
+    if (!read.notes.empty()) setNotes(modelNode, read.notes); // else what the scene's file says stays
+    if (read.field) {
+      vtkNew<vtkInnerGSDynamicModel> model;
+      model->SetField(read.field, read.features);
+      modelNode->SetDynamicModel(model);
+    } else {
+      vtkNew<vtkInnerGSModel> model;
+      model->SetCoreModel(read.model, read.features);
+      modelNode->SetModel(model);
+    }
     this->Remember(modelNode);
     return 1;
   } catch (...) {

@@ -141,20 +141,31 @@ TEST_F(ParameterNodeTest, ReadsScenesOfOldVersions) {
   auto* set = read(
       R"( blending="1" linearIntensity="0" initialisation="1" loss="2" huberDelta="0.3333333333333333" ssimWeight="0" numberOfGaussians="1000" numberOfIterations="77" numberOfMembers="3" paperStopRule="1" allAxes="0" schedule="1" densifyEvery="0" maximumNumberOfGaussians="2000" pointWeight="0.8" selection="2" plateauPatience="7" pruneOpacity="0.05" cutoff="2.3" beta1="0.81" device="cuda:1" relocate="false" consistency="false" fillValue="-1024" numberOfThreads="2" instructionSet="scalar")");
   ASSERT_NE(set, nullptr);
-  EXPECT_EQ(
-      innergs::settingsText(set->GetSettings(), 0),
-      "preset=best; device=cuda:1; fill=-1024; blending=additive; linearIntensity=false; cutoff=2.3; "
-      "initialisation=grid; gaussians=1000; ensembleSize=3; iterations=77; loss=huber; lossWeight=0.8; "
-      "ssimWeight=0; huberDelta=0.3333333333333333; allAxes=false; relocate=false; consistency=false; "
-      "prediction=auto; align=true; biasField=off; keepBias=false; n4=false; sliceMotion=auto; packets=0; "
-      "schedule=plateau; plateauPatience=7; "
-      "plateauFactor=0.5; plateauLowest=0.01; "
-      "plateauThreshold=0.0001; "
-      "beta1=0.81; paperStopRule=true; densifyEvery=0; maxGaussians=2000; selection=method2; seed=42; "
-      "heldOutFraction=0");
-  EXPECT_EQ(set->GetSetting("pruneOpacity"), "0.05");
-  EXPECT_EQ(set->GetNumberOfThreads(), 2);
-  EXPECT_EQ(set->GetInstructionSet(), "scalar");
+  expected.device = "cuda:1";
+  expected.fill = -1024;
+  expected.blending = innergs::Blending::Additive;
+  expected.linearIntensity = false;
+  expected.cutoff = 2.3;
+  expected.initialisation = innergs::Initialisation::Grid;
+  expected.gaussians = 1000;
+  expected.ensembleSize = 3;
+  expected.iterations = 77;
+  expected.loss = innergs::LossKind::Huber;
+  expected.lossWeight = 0.8;
+  expected.ssimWeight = 0;
+  expected.huberDelta = 0.3333333333333333;
+  expected.allAxes = expected.relocate = expected.consistency = false;
+  expected.schedule = innergs::Schedule::Plateau;
+  expected.plateau.patience = 7;
+  expected.beta1 = 0.81;
+  expected.paperStopRule = true;
+  expected.densifyEvery = 0;
+  expected.densify.opacity = 0.05;
+  expected.maxGaussians = 2000;
+  expected.selection = innergs::Selection::Method2;
+  expected.threads = 2;
+  expected.instructionSet = "scalar";
+  EXPECT_TRUE(set->GetSettings() == expected);
 }
 
 TEST_F(ParameterNodeTest, RemovedNodesAreForgotten) {

@@ -1,7 +1,6 @@
 #include "Widgets/App/AppMotionHost.h"
 
 #include "Core/Base/Error.h"
-#include "Core/Base/NumberText.h"
 #include "Core/Base/ThreadPriority.h"
 #include "Core/Motion/FrameRenderer.h"
 #include "Core/Render/Render.h"
@@ -148,9 +147,7 @@ void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& sca
     report.seconds = made.result.seconds;
     const QString name = nameOf(scan.frames.file);
     outcome->model = makeItem(made.result.field, tr("%1 model").arg(name), {},
-                              {{"Inputs", scan.name.toStdString()},
-                               {"Settings", movingSettingsText(made.result.settings)},
-                               {"TrainingPSNR", formatted("%.3f", made.result.trainingPsnr)}});
+                              notesOf(made.result, scan.name.toStdString()));
     outcome->model.origin = name;
     outcome->model.window = {scan.window->lower, scan.window->upper};
     outcome->model.saved = false;

@@ -29,21 +29,14 @@ std::size_t nonFinite(const Volume& volume) {
 }
 
 ModelItem readModelItem(const QString& path) {
-  ModelNotes notes;
-  std::optional<FeatureModel> features;
-  const auto shared = [&]() -> std::shared_ptr<const FeatureModel> {
-    return features ? std::make_shared<const FeatureModel>(std::move(*features)) : nullptr;
-  };
-  if (isDynamicModel(pathOf(path))) {
-    const auto field =
-        std::make_shared<const DynamicField>(readDynamicModel(pathOf(path), &notes, nullptr, &features));
-    return makeItem(field, nameOf(path), path, std::move(notes), shared());
-  }
-  auto model = std::make_shared<const Model>(readModel(pathOf(path), &notes, &features));
-  if (model->field.gaussians.empty())
+  AnyModel read = readAnyModel(pathOf(path));
+  if (read.field)
+    return makeItem(std::move(read.field), nameOf(path), path, std::move(read.notes),
+                    std::move(read.features));
+  if (read.model->field.gaussians.empty())
     throw Error(ErrorCode::NoData,
                 tr("The model '%1' has no Gaussians: choose another.").arg(path).toStdString());
-  return makeItem(std::move(model), nameOf(path), path, std::move(notes), shared());
+  return makeItem(std::move(read.model), nameOf(path), path, std::move(read.notes), std::move(read.features));
 }
 
 } // namespace
@@ -65,7 +58,7 @@ bool isModelFile(const QString& path) {
 }
 
 bool isPly(const QString& path) {
-  return path.endsWith(QLatin1String(".ply"), Qt::CaseInsensitive);
+  return innergs::isPly(pathOf(path));
 }
 
 QString nameOfFrame(QString name, int before, int frame) {
@@ -110,11 +103,12 @@ Loaded readItem(const QString& path, int frame, std::optional<int> series) {
   LoadedImage image = files.empty() ? loadImage(pathOf(path), {frame, series}) : loadImage(files[frame], {});
   if (!files.empty()) image.frames = static_cast<std::int64_t>(files.size());
   if (!image.poses.empty())
-    throw Error(ErrorCode::Geometry,
-                tr("'%1' holds slices that are not evenly spaced along their normal: make a volume of it with "
-                   "'innergs reconstruct' and open that.")
-                    .arg(path)
-                    .toStdString());
+    throw Error(
+        ErrorCode::Geometry,
+        tr("'%1' holds slices that are not evenly spaced along their normal: make a volume of it with "
+           "'innergs reconstruct' and open that.")
+            .arg(path)
+            .toStdString());
   const auto& size = image.volume.geometry.size;
   if (*std::min_element(size.begin(), size.end()) < 2)
     throw Error(ErrorCode::UnsupportedImage,

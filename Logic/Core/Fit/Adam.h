@@ -36,7 +36,7 @@ public:
              const FieldBounds& bounds, int step, ThreadPool& pool);
 
   std::vector<float> moment1, moment2;
-  double beta1 = 0.9, beta2 = 0.99;
+  double beta1 = 0.8, beta2 = 0.95;
 };
 
 } // namespace innergs

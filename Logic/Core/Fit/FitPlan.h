@@ -18,7 +18,7 @@ struct FitPlan {
   PlateauRule plateau;
   double cutoff = 2.2; // Mahalanobis radius
   FieldBounds bounds;
-  double beta1 = 0.9, beta2 = 0.99;
+  double beta1 = 0.8, beta2 = 0.95;
   int relocateEvery = 0;       // 0 = never
   double relocateShare = 0.02; // of the Gaussians, per relocation
   double relocateUntil = 0.6;  // share of the iterations during which it runs
