@@ -424,7 +424,7 @@ void FindPanel::showFound(const FindResult& result) {
                       QString::fromStdString(result.answer.sentence));
   answer_->setToolTip(QString::fromStdString(result.answer.note)); // why only names could be looked up
   QStringList lines;
-  const Vec3& mm = made_.lattice.spacing;
+  const Vec3& mm = made_.grid.spacing;
   bool empty = true;
   for (const auto& [terms, segment] : made_.segments) {
     const double ml = static_cast<double>(segment.voxels) * mm[0] * mm[1] * mm[2] / 1000;

@@ -26,7 +26,7 @@ void drawContour(Picture& picture, const std::vector<std::array<double, 2>>& con
     drawLine(picture, pixel(contour[n]), pixel(contour[(n + 1) % contour.size()]), width, colour);
 }
 
-/// The nearest voxel to an index on a lattice.
+/// The nearest voxel to an index on a grid.
 std::size_t voxelAt(const GridGeometry& g, const Vec3& index) {
   std::array<std::int64_t, 3> voxel;
   for (int a = 0; a < 3; ++a)

@@ -32,7 +32,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// A lattice's position in both frames.
+// A grid's position in both frames.
 Json placed(const GridGeometry& geometry) {
   Json info = toJson(geometry);
   const Frame ras{true};
@@ -133,7 +133,7 @@ Json seriesInfo(const std::vector<DicomEntry>& entries) {
   return info;
 }
 
-/// Where the slices lie that do not lie on one lattice.
+/// Where the slices lie that do not lie on one grid.
 void addPoses(Json& info, const LoadedImage& image, const std::filesystem::path& path,
               const ReadOptions& options) {
   std::vector<std::string> remarks = image.remarks;

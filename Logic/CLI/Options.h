@@ -90,10 +90,10 @@ struct Frame {
 struct Span {
   double low = INFINITY, high = -INFINITY;
 };
-/// The extent of a lattice's box along a direction (LPS), mm.
+/// The extent of a grid's box along a direction (LPS), mm.
 Span reach(const GridGeometry& domain, const Vec3& direction);
 
-/// The requested lattice: "--spacing" over the box of `domain`, a "--reference" image or, with neither,
+/// The requested grid: "--spacing" over the box of `domain`, a "--reference" image or, with neither,
 /// `fallback`.
 struct GridOptions {
   std::vector<double> spacing;
@@ -105,7 +105,7 @@ struct GridOptions {
   bool given() const { return !spacing.empty() || !reference.empty() || !roi.empty(); }
   /// The box given by --roi (LPS).
   Region region() const;
-  /// Throws Error(Geometry), which states the lattice's box, if the region does not overlap it.
+  /// Throws Error(Geometry), which states the grid's box, if the region does not overlap it.
   void checkMeets(const GridGeometry& grid) const;
   GridGeometry choose(const GridGeometry& domain, const GridGeometry& fallback) const;
 };

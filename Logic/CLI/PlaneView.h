@@ -6,12 +6,12 @@
 
 namespace innergs::cli {
 
-using ColourAt = std::function<Colour(const Vec3&)>; // at an index on a lattice
+using ColourAt = std::function<Colour(const Vec3&)>; // at an index on a grid
 
-/// One slice of a lattice in radiological orientation: the patient's left on the right, front or head up.
+/// One slice of a grid in radiological orientation: the patient's left on the right, front or head up.
 class PlaneView {
 public:
-  PlaneView(const GridGeometry& lattice, Plane plane, std::int64_t slice, double mmPerPixel);
+  PlaneView(const GridGeometry& grid, Plane plane, std::int64_t slice, double mmPerPixel);
 
   void draw(Picture& picture, int left, int top, const ColourAt& colour) const;
 
@@ -21,7 +21,7 @@ public:
 private:
   double indexAt(int pixel, int axis) const { return (pixel + 0.5) * step_ / spacing_[axis] - 0.5; }
 
-  int across_, down_, through_; // lattice axes
+  int across_, down_, through_; // grid axes
   bool flipAcross_, flipDown_;
   std::int64_t slice_;
   Vec3 spacing_;

@@ -181,7 +181,7 @@ bool learns(const SegmentCommand& o) {
           " has no features yet: give labels to learn from as --labels, or a feature volume as --features.");
 }
 
-/// Segments of one lattice in an image, and how they are scored.
+/// Segments of one grid in an image, and how they are scored.
 struct FoundSegments {
   Volume labels, score;             // of several segments, the likeliest's score
   std::vector<SegmentInfo> infos;   // per segment; label n + 1

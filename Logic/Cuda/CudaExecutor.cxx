@@ -27,7 +27,7 @@ class CudaLaunches<Base, Kernel, Others...> : public CudaLaunches<Base, Others..
 public:
   void launch(const Kernel& kernel, std::int64_t blocks) override {
     if (blocks > std::numeric_limits<std::int32_t>::max())
-      throw Error(ErrorCode::Memory, "The lattice has too many tiles for the device: use the CPU.");
+      throw Error(ErrorCode::Memory, "The grid has too many tiles for the device: use the CPU.");
     this->select();
     this->check(launchOnDevice(kernel, static_cast<unsigned>(blocks), this->stream_));
   }

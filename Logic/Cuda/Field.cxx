@@ -44,20 +44,19 @@ ProjectionRules Field::rules(const ClosedFormPsf& psf) const {
           Selection::Exact, psf};
 }
 
-void Field::renderLattice(const Lattice& lattice, const ClosedFormPsf& psf, std::span<const float> values,
-                          float* out, std::stop_token stop) {
+void Field::renderGrid(const SampleGrid& grid, const ClosedFormPsf& psf, std::span<const float> values,
+                       float* out, std::stop_token stop) {
   throwIfStopped(stop);
-  if (lattice.nx <= 0 || lattice.ny <= 0 || lattice.z.empty()) return;
-  passes_.project(gaussians_.data(), upload(values), count_, projectionFrame(lattice), rules(psf));
-  const std::int64_t plane = static_cast<std::int64_t>(lattice.planeSize()),
-                     packed = static_cast<std::int64_t>(lattice.nx) * lattice.ny;
+  if (grid.nx <= 0 || grid.ny <= 0 || grid.z.empty()) return;
+  passes_.project(gaussians_.data(), upload(values), count_, projectionFrame(grid), rules(psf));
+  const std::int64_t plane = static_cast<std::int64_t>(grid.planeSize()),
+                     packed = static_cast<std::int64_t>(grid.nx) * grid.ny;
   std::int64_t points = kMostPoints;
-  for (int first = 0; first < lattice.planes();) {
+  for (int first = 0; first < grid.planes();) {
     throwIfStopped(stop);
-    const int planes =
-        static_cast<int>(std::clamp<std::int64_t>(points / plane, 1, lattice.planes() - first));
+    const int planes = static_cast<int>(std::clamp<std::int64_t>(points / plane, 1, grid.planes() - first));
     try {
-      const DevicePlanes slab(*executor_, lattice, first, planes);
+      const DevicePlanes slab(*executor_, grid, first, planes);
       passes_.forward(slab, numbers_.blending);
       result_.reserve(packed * planes);
       executor_->runOver(Finish{slab.view(), passes_.planes(), numbers_.blending,
@@ -97,13 +96,13 @@ void Field::renderPoints(std::span<const Vec3> points, std::span<const float> va
 
 void Field::answer(std::span<const Vec3> points, const float* channel, const Vec3& low, const Vec3& high,
                    double cell, float* out, const std::stop_token& stop) {
-  Lattice lattice;
-  lattice.indexToModel.linear = diagonal({cell, cell, cell});
-  lattice.indexToModel.offset = low;
+  SampleGrid grid;
+  grid.indexToModel.linear = diagonal({cell, cell, cell});
+  grid.indexToModel.offset = low;
   int cells[3];
   for (int a = 0; a < 3; ++a)
     cells[a] = static_cast<int>((high[a] - low[a]) / cell) + 1;
-  passes_.project(gaussians_.data(), channel, count_, projectionFrame(lattice), rules({}));
+  passes_.project(gaussians_.data(), channel, count_, projectionFrame(grid), rules({}));
   std::vector<double> index;
   for (std::size_t first = 0; first < points.size(); first += kPoints) {
     throwIfStopped(stop);

@@ -4,13 +4,13 @@
 
 namespace innergs::cuda {
 
-/// A field stored where an executor runs. Large lattices are processed in slabs of planes.
+/// A field stored where an executor runs. Large grids are processed in slabs of planes.
 class Field final : public FieldDevice {
 public:
   Field(std::unique_ptr<Executor> executor, const GaussianField& field);
 
-  void renderLattice(const Lattice& lattice, const ClosedFormPsf& psf, std::span<const float> values,
-                     float* out, std::stop_token stop) override;
+  void renderGrid(const SampleGrid& grid, const ClosedFormPsf& psf, std::span<const float> values, float* out,
+                  std::stop_token stop) override;
   void renderPoints(std::span<const Vec3> points, std::span<const float> values, float* out,
                     std::stop_token stop) override;
 

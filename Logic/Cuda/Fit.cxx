@@ -18,7 +18,7 @@ struct Fit::Slab {
 };
 
 struct Fit::View {
-  Lattice lattice;
+  SampleGrid grid;
   ClosedFormPsf psf;
   int slices, perSlice;
   std::vector<Observation::SubPlane> subPlanes;
@@ -30,9 +30,9 @@ struct Fit::View {
     const std::int64_t size = slab.planes.planeSize(), at = slab.first * size;
     return {slab.count,
             size,
-            lattice.nx,
-            lattice.ny,
-            lattice.stride(),
+            grid.nx,
+            grid.ny,
+            grid.stride(),
             perSlice,
             slab.subPlanes.data(),
             target.data() + at,
@@ -63,7 +63,7 @@ Fit::Fit(std::unique_ptr<Executor> executor, const FitRequest& request)
   if (needed.most > free) { // makes a slab's share about as large as what is available
     std::int64_t largest = 1;
     for (const View& view : fine_)
-      largest = std::max(largest, static_cast<std::int64_t>(view.lattice.bufferSize()));
+      largest = std::max(largest, static_cast<std::int64_t>(view.grid.bufferSize()));
     const double share =
         static_cast<double>(free - needed.least) / static_cast<double>(needed.most - needed.least);
     slabPoints_ = std::max<std::int64_t>(
@@ -78,7 +78,7 @@ Fit::~Fit() = default;
 
 void Fit::addViews(const std::vector<Observation>& observations, std::vector<View>& views) {
   for (const Observation& o : observations) {
-    View view{o.lattice,
+    View view{o.grid,
               o.psf,
               o.slices,
               o.perSlice,
@@ -97,7 +97,7 @@ void Fit::cut(std::vector<View>& views) {
   for (View& view : views) {
     std::vector<Slab> slabs;
     const std::int64_t perSlice =
-        std::max<std::int64_t>(1, static_cast<std::int64_t>(view.lattice.planeSize()) * view.perSlice);
+        std::max<std::int64_t>(1, static_cast<std::int64_t>(view.grid.planeSize()) * view.perSlice);
     const std::int64_t step = std::clamp<std::int64_t>(slabPoints_ / perSlice, 1, std::max(1, view.slices));
     for (std::int64_t first = 0; first < view.slices; first += step) {
       const std::int64_t count = std::min(step, view.slices - first);
@@ -107,16 +107,16 @@ void Fit::cut(std::vector<View>& views) {
       for (auto it = from; it != from + count * view.perSlice; ++it)
         order.push_back(it->plane);
       std::sort(order.begin(), order.end());
-      Lattice lattice = view.lattice;
-      lattice.z.clear();
+      SampleGrid grid = view.grid;
+      grid.z.clear();
       for (int plane : order)
-        lattice.z.push_back(view.lattice.z[plane]);
+        grid.z.push_back(view.grid.z[plane]);
       std::vector<SubPlaneView> local;
       for (auto it = from; it != from + count * view.perSlice; ++it)
         local.push_back({static_cast<std::int32_t>(std::lower_bound(order.begin(), order.end(), it->plane) -
                                                    order.begin()),
                          it->weight});
-      Slab slab{first, count, DevicePlanes(*executor_, lattice, 0, lattice.planes()),
+      Slab slab{first, count, DevicePlanes(*executor_, grid, 0, grid.planes()),
                 Buffer<SubPlaneView>(*executor_)};
       slab.subPlanes.upload(local.data(), static_cast<std::int64_t>(local.size()));
       slabs.push_back(std::move(slab));
@@ -159,7 +159,7 @@ int Fit::slabs() const {
 std::string Fit::remark() const {
   int fewest = 0;
   for (const View& view : fine_) {
-    const std::int64_t points = static_cast<std::int64_t>(view.lattice.bufferSize());
+    const std::int64_t points = static_cast<std::int64_t>(view.grid.bufferSize());
     fewest += static_cast<int>(points / kSlabPoints + 1);
   }
   if (slabs() <= 2 * fewest) return {}; // one slice more or less per slab is not worth a remark
@@ -219,7 +219,7 @@ void Fit::enqueue(std::span<View> views, const GaussianField& numbers, const Gau
   bool first = true;
   for (View& view : views) {
     throwIfStopped();
-    passes_.project(gaussians, nullptr, count, projectionFrame(view.lattice),
+    passes_.project(gaussians, nullptr, count, projectionFrame(view.grid),
                     {static_cast<float>(numbers.cutoff * numbers.cutoff), numbers.blending,
                      numbers.linearIntensity, Selection::Exact, view.psf});
     for (const Slab& slab : view.slabs) {
@@ -230,7 +230,7 @@ void Fit::enqueue(std::span<View> views, const GaussianField& numbers, const Gau
     }
     if (!backward || view.slabs.empty()) continue;
     executor_->runOver(Chain{gaussians, passes_.moments(), count,
-                             chainRules(numbers.blending, numbers.linearIntensity, view.lattice, view.psf),
+                             chainRules(numbers.blending, numbers.linearIntensity, view.grid, view.psf),
                              gradient_.data(), first},
                        count);
     first = false;

@@ -22,17 +22,17 @@ SsimTile ssimTile(const SliceView& slices) {
 
 } // namespace
 
-BrickReach bricksOf(const LatticeView& l) {
+BrickReach bricksOf(const GridView& l) {
   return {l, divideUp(l.nx, BrickReach::kX), divideUp(l.ny, BrickReach::kY), divideUp(l.nz, BrickReach::kZ)};
 }
 
-TileReach tilesOf(const LatticeView& l) {
+TileReach tilesOf(const GridView& l) {
   return {l, divideUp(l.nx, TileReach::kEdge), divideUp(l.ny, TileReach::kEdge)};
 }
 
-DevicePlanes::DevicePlanes(Executor& executor, const Lattice& lattice, int firstPlane, int planes)
-    : nx(lattice.nx), ny(lattice.ny), nz(planes), stride(lattice.stride()), z(executor) {
-  z.upload(lattice.z.data() + firstPlane, planes);
+DevicePlanes::DevicePlanes(Executor& executor, const SampleGrid& grid, int firstPlane, int planes)
+    : nx(grid.nx), ny(grid.ny), nz(planes), stride(grid.stride()), z(executor) {
+  z.upload(grid.z.data() + firstPlane, planes);
 }
 
 Passes::Passes(Executor& e)
@@ -107,15 +107,15 @@ AlphaTile Passes::alphaTile(const TileReach& tiles) const {
   return {tiles, projected_.data(), start_.data(), ids_.data(), owners_.data()};
 }
 
-void Passes::forward(const DevicePlanes& lattice, Blending blending) {
-  planes_.reserve(lattice.planeSize() * lattice.nz);
+void Passes::forward(const DevicePlanes& grid, Blending blending) {
+  planes_.reserve(grid.planeSize() * grid.nz);
   if (blending == Blending::Alpha) {
-    const TileReach tiles = tilesOf(lattice.view());
+    const TileReach tiles = tilesOf(grid.view());
     bin(tiles, 32, true);
     executor_.run(Composite{alphaTile(tiles), planes_.data()}, tiles.count());
     return;
   }
-  const BrickReach bricks = bricksOf(lattice.view());
+  const BrickReach bricks = bricksOf(grid.view());
   bin(bricks, 0, false);
   executor_.run(Accumulate{projected_.data(), bricks, start_.data(), ids_.data(), planes_.data()},
                 bricks.count());
@@ -146,10 +146,10 @@ void Passes::loss(const SliceView& slices, const LossKinds& kinds, int iteration
   executor_.run(SumLosses{partial_.data(), blocks + tiles, status_.data()->sums + iteration}, 1);
 }
 
-void Passes::backward(const DevicePlanes& lattice, Blending blending, bool add) {
+void Passes::backward(const DevicePlanes& grid, Blending blending, bool add) {
   moments_.reserve(count_);
   if (blending == Blending::Alpha) {
-    const TileReach tiles = tilesOf(lattice.view());
+    const TileReach tiles = tilesOf(grid.view());
     slots_.reserve(pairs_);
     executor_.run(CompositeBackward{alphaTile(tiles), planes_.data(), slots_.data()}, tiles.count());
     executor_.runOver(SumSlots{projected_.data(), count_, tiles, first_.data(), pairs_, slots_.data(),
@@ -157,7 +157,7 @@ void Passes::backward(const DevicePlanes& lattice, Blending blending, bool add) 
                       count_);
     return;
   }
-  const GatherRows rows{lattice.view(), planes_.data()};
+  const GatherRows rows{grid.view(), planes_.data()};
   executor_.run(Gather{projected_.data(), count_, rows, moments_.data(), add},
                 blocksFor(count_, Gather::kWarps));
   executor_.run(GatherLarge{projected_.data(), count_, rows, moments_.data(), add}, blocksFor(count_, kWarp));

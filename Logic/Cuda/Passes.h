@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Acquisition/Lattice.h"
+#include "Core/Acquisition/SampleGrid.h"
 #include "Core/Fit/Loss.h"
 #include "Core/Model/GaussianField.h"
 #include "Cuda/Buffer.h"
@@ -8,15 +8,15 @@ namespace innergs::cuda {
 
 /// Parallel planes on the device.
 struct DevicePlanes {
-  DevicePlanes(Executor& executor, const Lattice& lattice, int firstPlane, int planes);
-  LatticeView view() const { return {nx, ny, nz, stride, z.data()}; }
+  DevicePlanes(Executor& executor, const SampleGrid& grid, int firstPlane, int planes);
+  GridView view() const { return {nx, ny, nz, stride, z.data()}; }
   std::int64_t planeSize() const { return static_cast<std::int64_t>(stride) * ny; }
 
   int nx, ny, nz, stride;
   Buffer<double> z;
 };
 
-/// The passes over a lattice or a slab of its planes, queued one after another: nothing here waits for the
+/// The passes over a grid or a slab of its planes, queued one after another: nothing here waits for the
 /// device, except bin() without a limit. Buffers are kept between calls.
 class Passes {
 public:
@@ -28,12 +28,12 @@ public:
   void project(const Gaussian* gaussians, const float* values, std::int64_t count,
                const ProjectionFrame& frame, const ProjectionRules& rules);
   /// Writes W and N of the projected Gaussians (alpha: transmittance and I) to planes().
-  void forward(const DevicePlanes& lattice, Blending blending);
+  void forward(const DevicePlanes& grid, Blending blending);
   /// Adds the loss of slices on those planes to sums number `iteration` of the status; planes() then hold F0
   /// and F1.
   void loss(const SliceView& slices, const LossKinds& kinds, int iteration = 0);
   /// Moments from F0 and F1, after forward() with the same Gaussians; `add`: to those of earlier slabs.
-  void backward(const DevicePlanes& lattice, Blending blending, bool add);
+  void backward(const DevicePlanes& grid, Blending blending, bool add);
   /// I at points, three index coordinates each, with cells of 1 index unit.
   void query(const CellReach& cells, const double* points, std::int64_t count, Blending blending,
              float epsilon, float* out);
@@ -73,7 +73,7 @@ private:
   Buffer<IterationStatus> status_;
 };
 
-BrickReach bricksOf(const LatticeView& lattice);
-TileReach tilesOf(const LatticeView& lattice);
+BrickReach bricksOf(const GridView& grid);
+TileReach tilesOf(const GridView& grid);
 
 } // namespace innergs::cuda

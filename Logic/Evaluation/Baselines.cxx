@@ -40,7 +40,7 @@ Upsampled upsample(const Stack& stack, const GridGeometry& grid, Interpolation k
   checkGeometry(grid, "The output grid");
   if (!stack.poses.empty())
     throw Error(ErrorCode::InvalidArgument,
-                "Interpolation of a stack needs slices on one lattice: remove the slice poses.");
+                "Interpolation of a stack needs slices on one grid: remove the slice poses.");
   ThreadPool pool(threads);
   pool.setStop(stop);
   const FilledImage filled = filledImage(stack, stop);

@@ -11,14 +11,14 @@ enum class Interpolation {
   Lanczos // windowed sinc, radius 4, weights summing to 1
 };
 
-/// A stack on another lattice. weight: 1 inside the stack's box of voxel edges, 0 outside (with the value of
+/// A stack on another grid. weight: 1 inside the stack's box of voxel edges, 0 outside (with the value of
 /// the nearest edge), in between where unobserved or non-finite voxels contribute.
 struct Upsampled {
   Volume volume;
   std::vector<float> weight;
 };
 
-/// Interpolates a stack, as an image of point samples at its voxel centres, onto a lattice of any
+/// Interpolates a stack, as an image of point samples at its voxel centres, onto a grid of any
 /// orientation. Unobserved and non-finite voxels first take the nearest observed value. threads: 0 = all
 /// cores. Throws Error(InvalidArgument) for a stack with slice poses, what checkStack throws, and
 /// Error(Cancelled) when stopped.

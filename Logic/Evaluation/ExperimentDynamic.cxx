@@ -74,10 +74,10 @@ public:
     options.instructionSet = e_.settings.instructionSet;
     options.stop = e_.stop;
     std::vector<std::vector<float>> frames;
-    TimeSeries lattice{e_.series.geometry, {}, {}, {}, {}};
-    if (result.slicesTimed) lattice.sliceTiming = e_.series.sliceTiming;
+    TimeSeries grid{e_.series.geometry, {}, {}, {}, {}};
+    if (result.slicesTimed) grid.sliceTiming = e_.series.sliceTiming;
     for (const double time : times_)
-      frames.push_back(acquiredFrame(field, lattice, time, options));
+      frames.push_back(acquiredFrame(field, grid, time, options));
     add(std::string("Gaussians, ") + dynamicKindName(field.kind) + (kind ? "" : " (chosen)"), field.size(),
         result.seconds, frames);
     if (!kind) choice_ = result.choice;

@@ -189,7 +189,7 @@ std::string nameOf(const LabelSet& set, std::size_t label) {
   return std::to_string(label);
 }
 
-/// A lattice inside the given one, rotated about all axes through its centre.
+/// A grid inside the given one, rotated about all axes through its centre.
 GridGeometry obliqueGrid(const GridGeometry& g) {
   const double a = 0.4, b = 0.3, c = 0.5;
   const Mat3 x{{{{1, 0, 0}, {0, std::cos(a), -std::sin(a)}, {0, std::sin(a), std::cos(a)}}}};
@@ -242,7 +242,7 @@ public:
 
   SegmentationResult run() {
     for (const LabelSet& set : e_.sets)
-      if (!sameLattice(set.labels.geometry, e_.volume.geometry))
+      if (!sameGrid(set.labels.geometry, e_.volume.geometry))
         throw Error(ErrorCode::InvalidArgument,
                     "The labels " + set.name +
                         " lie on another grid than the volume; give labels of this volume.");

@@ -35,7 +35,7 @@ struct SegmentationResult {
 
 /// Fits the volume, learns features from the labels of some slices, and compares with the truth on the
 /// others, next to label interpolations that ignore the image. Throws Error(InvalidArgument) if a labelmap
-/// has another lattice than the volume, Error(Cancelled).
+/// has another grid than the volume, Error(Cancelled).
 SegmentationResult runSegmentation(const SegmentationExperiment& experiment);
 
 } // namespace innergs

@@ -3,7 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/Random.h"
 #include "Core/Render/Candidates.h"
-#include "Core/Render/LatticeRenderer.h"
+#include "Core/Render/GridRenderer.h"
 
 #include <algorithm>
 #include <chrono>
@@ -87,26 +87,26 @@ double boxArea(const Shape& s, Selection selection, double t, double radius2) {
   return rest < 0 ? -1 : 4 * rest * std::sqrt(u * v); // the box around the ellipse
 }
 
-Lattice cube(int size) {
-  Lattice lattice;
-  lattice.nx = lattice.ny = size;
+SampleGrid cube(int size) {
+  SampleGrid grid;
+  grid.nx = grid.ny = size;
   for (int k = 0; k < size; ++k)
-    lattice.z.push_back(k);
-  return lattice;
+    grid.z.push_back(k);
+  return grid;
 }
 
-LatticeView viewOf(const Lattice& lattice) {
-  return {lattice.nx, lattice.ny, lattice.planes(), lattice.stride(), lattice.z.data()};
+GridView viewOf(const SampleGrid& grid) {
+  return {grid.nx, grid.ny, grid.planes(), grid.stride(), grid.z.data()};
 }
 
 std::vector<double> timings(std::span<const GaussianField> clouds, const SelectionSimulation& s,
                             const std::string& instructionSet, ThreadPool& pool) {
   using Clock = std::chrono::steady_clock;
-  const Lattice lattice = cube(s.size);
-  std::vector<float> weights(lattice.bufferSize()), numerators(lattice.bufferSize());
-  std::vector<LatticeRenderer> renderers;
+  const SampleGrid grid = cube(s.size);
+  std::vector<float> weights(grid.bufferSize()), numerators(grid.bufferSize());
+  std::vector<GridRenderer> renderers;
   for (const Selection selection : kSelections)
-    renderers.emplace_back(lattice, kernelSet(instructionSet, selection), pool);
+    renderers.emplace_back(grid, kernelSet(instructionSet, selection), pool);
   std::vector<std::vector<double>> seconds(std::size(kSelections));
   for (int repetition = -1; repetition < s.repetitions; ++repetition) // the first is a warm-up
     for (std::size_t n = 0; n < renderers.size(); ++n) {
@@ -160,12 +160,12 @@ SelectionCounts countCandidates(const GaussianField& cloud, const SelectionSimul
                                 Selection selection) {
   check(s);
   ThreadPool pool(1);
-  const Lattice lattice = cube(s.size);
-  const LatticeView view = viewOf(lattice);
+  const SampleGrid grid = cube(s.size);
+  const GridView view = viewOf(grid);
   std::vector<Projected> projected;
-  project(cloud, {}, lattice, {}, pool, projected, selection);
+  project(cloud, {}, grid, {}, pool, projected, selection);
   const double radius2 = -2 * std::log(s.threshold);
-  const TileRange everything{0, lattice.ny, 0, lattice.planes()};
+  const TileRange everything{0, grid.ny, 0, grid.planes()};
   const std::size_t n = static_cast<std::size_t>(s.size);
   std::vector<std::uint8_t> candidate(n * n * n);
   SelectionCounts counts;

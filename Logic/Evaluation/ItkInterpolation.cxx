@@ -11,7 +11,7 @@ namespace {
 
 using Image = itk::Image<float, 3>;
 
-// A unit lattice: positions are computed with our own index maps, so ITK only sees indices.
+// A unit grid: positions are computed with our own index maps, so ITK only sees indices.
 Image::Pointer indexImage(const std::array<std::int64_t, 3>& size, const float* voxels) {
   auto image = Image::New();
   Image::RegionType region;

@@ -7,7 +7,7 @@
 namespace innergs {
 
 /// ITK's interpolators (linear, B-spline of order 3, windowed sinc with a Lanczos window of radius 4), for
-/// lattices at any angle to each other. Clamps indices beyond the outermost voxel centres.
+/// grids at any angle to each other. Clamps indices beyond the outermost voxel centres.
 std::vector<float> resampleWithItk(const Volume& image, const GridGeometry& grid, Interpolation kind,
                                    ThreadPool& pool);
 
@@ -16,7 +16,7 @@ class ItkCubic {
 public:
   explicit ItkCubic(const Volume& image);
   ~ItkCubic();
-  /// On a lattice of any orientation; as above beyond the image.
+  /// On a grid of any orientation; as above beyond the image.
   std::vector<float> on(const GridGeometry& grid, ThreadPool& pool) const;
 
 private:

@@ -164,7 +164,7 @@ LabelAgreement agreement(const Labelmap& tested, const Labelmap& truth,
                          const std::vector<std::uint8_t>& slices) {
   if (tested.geometry.size != truth.geometry.size || tested.voxels.size() != truth.voxels.size())
     throw Error(ErrorCode::InvalidArgument,
-                "Labelmaps on two lattices cannot be compared; resample one of them.");
+                "Labelmaps on two grids cannot be compared; resample one of them.");
   std::size_t most = 0;
   for (const Labelmap* map : {&tested, &truth})
     for (const std::uint16_t label : map->voxels)

@@ -11,7 +11,7 @@ Labelmap nearestLabelledSlice(const Labelmap& labels);
 /// label's border linearly between the labelled slices; the label with the largest one wins.
 Labelmap shapeBasedInterpolation(const Labelmap& labels);
 
-/// Agreement of two labelmaps on one lattice, over some of its slices, per label.
+/// Agreement of two labelmaps on one grid, over some of its slices, per label.
 struct LabelAgreement {
   std::vector<std::int64_t> tested, truth, common,
       whole;                // voxels per label value; whole: truth in all slices
@@ -20,7 +20,7 @@ struct LabelAgreement {
   double dice(std::size_t label) const;
   double iou(std::size_t label) const;
 };
-/// slices: per slice along K, 1 if it counts; empty: all. Throws Error(InvalidArgument) if the lattices
+/// slices: per slice along K, 1 if it counts; empty: all. Throws Error(InvalidArgument) if the grids
 /// differ.
 LabelAgreement agreement(const Labelmap& tested, const Labelmap& truth,
                          const std::vector<std::uint8_t>& slices = {});

@@ -118,21 +118,21 @@ Stack planeStack(const EvaluationInput& input, Plane plane) {
   return stack;
 }
 
-/// The field as seen by slices along a lattice axis, in the lattice's own order.
-Volume renderAlong(const GaussianField& field, const GridGeometry& lattice, int axis,
+/// The field as seen by slices along a grid axis, in the grid's own order.
+Volume renderAlong(const GaussianField& field, const GridGeometry& grid, int axis,
                    const EvaluationOptions& options) {
   RenderOptions rendering;
   rendering.threads = options.settings.threads;
   rendering.instructionSet = options.settings.instructionSet;
   rendering.selection = options.settings.selection;
   rendering.stop = options.stop;
-  Volume volume = render(field, withSliceAxis(lattice, axis), rendering);
+  Volume volume = render(field, withSliceAxis(grid, axis), rendering);
   for (int turn = axis; turn < 2; ++turn) // I, J, K → J, K, I → K, I, J → I, J, K; the swap is an involution
     volume = withSliceAxis(volume, axis);
   return volume;
 }
 
-/// The Gaussians' volume as seen along each lattice axis; the same volume if it does not depend on the axis.
+/// The Gaussians' volume as seen along each grid axis; the same volume if it does not depend on the axis.
 std::array<std::shared_ptr<const Volume>, 3> gaussianImages(const EvaluationInput& input, bool perPlane,
                                                             const EvaluationOptions& options,
                                                             EvaluationReport& report, double& seconds) {

@@ -3,7 +3,7 @@
 
 namespace innergs {
 
-/// For a method with one value per point, the three planes' stacks of one lattice are a single stack: a voxel
+/// For a method with one value per point, the three planes' stacks of one grid are a single stack: a voxel
 /// is observed unless all three planes withhold it. perPlane: three stacks instead (axial, coronal,
 /// sagittal), each without its own withheld slices, for methods whose image depends on the slicing direction.
 EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::uint64_t seed,

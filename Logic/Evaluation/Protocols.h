@@ -14,9 +14,9 @@ namespace innergs {
 /// The anatomical plane of a slice.
 enum class Plane { Axial, Coronal, Sagittal };
 const char* planeName(Plane plane);
-/// The lattice axis (0, 1, 2) normal to a plane's slices; the three planes get three different axes.
+/// The grid axis (0, 1, 2) normal to a plane's slices; the three planes get three different axes.
 int sliceAxis(const GridGeometry& geometry, Plane plane);
-/// The plane of the slices that a lattice axis counts.
+/// The plane of the slices that a grid axis counts.
 Plane planeAcross(const GridGeometry& geometry, int axis);
 
 struct EvaluationOptions {
@@ -57,7 +57,7 @@ struct MethodScore {
   std::optional<double> ncc;              // protocol scans: normalised cross-correlation
   std::optional<BiasErrors> bias;         // protocol stacks, of the Gaussians, where they are shaded
   std::optional<IntervalScore> intervals; // with EvaluationOptions::uncertainty, of the Gaussians
-  std::shared_ptr<const Volume> volume;   // with keepVolumes; on EvaluationReport::truth's lattice
+  std::shared_ptr<const Volume> volume;   // with keepVolumes; on EvaluationReport::truth's grid
 };
 
 /// The result of one evaluation, with the samples that it is for.
@@ -72,18 +72,18 @@ struct EvaluationReport {
   std::optional<Uncertainty> uncertainty; // of the Gaussians' volume, with EvaluationOptions::uncertainty
   std::vector<MethodScore> methods;
   std::vector<std::string> notes;
-  std::shared_ptr<const Volume> truth;             // with keepVolumes: the scored lattice, slices along K
+  std::shared_ptr<const Volume> truth;             // with keepVolumes: the scored grid, slices along K
   std::shared_ptr<const std::vector<Stack>> input; // with keepVolumes
   std::shared_ptr<const Model> model;              // with keepVolumes: the Gaussians
 };
 
 /// What a protocol shows to a method. truth is cropped to what the input covers, with its slices (axial
-/// unless the case says otherwise) along K; if they are not, the lattice is permuted.
+/// unless the case says otherwise) along K; if they are not, the grid is permuted.
 struct EvaluationInput {
   Volume truth;
   std::vector<Stack> stacks;
   std::vector<std::int64_t> testSlices;              // scored K indices (protocol H)
-  std::array<std::vector<std::int64_t>, 3> withheld; // withheld slices by lattice axis of truth (protocol P)
+  std::array<std::vector<std::int64_t>, 3> withheld; // withheld slices by grid axis of truth (protocol P)
   std::array<std::vector<std::int64_t>, 3> scored;   // those that are not constant
 };
 

@@ -47,9 +47,9 @@ struct Method {
 
 /// What the method shows of each withheld slice; NaN: nothing.
 std::vector<std::vector<float>> predictions(const Method& method, const PreparedInput& prepared,
-                                            const GridGeometry& lattice, ThreadPool& pool) {
-  const SliceOperator op(lattice, pool);
-  const std::vector<float> volume = method.render(lattice).voxels;
+                                            const GridGeometry& grid, ThreadPool& pool) {
+  const SliceOperator op(grid, pool);
+  const std::vector<float> volume = method.render(grid).voxels;
   std::vector<std::vector<float>> seen;
   for (std::size_t s = 0; s < method.placed.size(); ++s) {
     const auto& withheld = prepared.heldOut[s];
@@ -60,7 +60,7 @@ std::vector<std::vector<float>> predictions(const Method& method, const Prepared
     stack.poses.assign(static_cast<std::size_t>(stack.image.geometry.size[2]), Affine3{});
     for (std::size_t n = 0; n < withheld.size(); ++n)
       stack.poses[static_cast<std::size_t>(withheld[n])] = poses[n].pose;
-    const std::vector<PlacedSlice> slices = placedSlices(stack, s, 1, lattice.spacing[0]);
+    const std::vector<PlacedSlice> slices = placedSlices(stack, s, 1, grid.spacing[0]);
     for (const std::int64_t k : withheld)
       seen.push_back(op.project(volume, slices[static_cast<std::size_t>(k)]));
   }
@@ -126,7 +126,7 @@ EvaluationReport evaluateScans(const std::vector<Stack>& scans, const std::vecto
   if (options.keepVolumes) report.model = result.model;
   GaussianField field = result.model->field;
   field.fill = std::numeric_limits<double>::quiet_NaN();
-  const GridGeometry lattice = field.support.voxels.empty() ? field.domain : field.support.geometry;
+  const GridGeometry fitted = field.support.voxels.empty() ? field.domain : field.support.geometry;
   std::vector<Stack> aligned = scans;
   if (!result.alignment.empty()) applyAlignment(result.alignment, aligned);
   const auto average = [&](const std::vector<Stack>& stacks) {
@@ -146,7 +146,7 @@ EvaluationReport evaluateScans(const std::vector<Stack>& scans, const std::vecto
   for (const Method& method : methods) {
     const auto begun = std::chrono::steady_clock::now();
     if (options.onMethod && seen.size() > 0) options.onMethod(method.name);
-    seen.push_back(predictions(method, prepared, lattice, pool));
+    seen.push_back(predictions(method, prepared, fitted, pool));
     MethodScore& score = report.methods.emplace_back();
     score.name = method.name;
     score.ssim = std::numeric_limits<double>::quiet_NaN();

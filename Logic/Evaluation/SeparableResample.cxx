@@ -6,7 +6,7 @@
 namespace innergs {
 namespace {
 
-constexpr double onLattice = 1e-6; // voxel
+constexpr double onGrid = 1e-6; // voxel
 
 struct Line {
   std::vector<std::int64_t> first; // first[x] … + taps − 1, before border handling
@@ -21,7 +21,7 @@ Line makeLine(std::int64_t size, std::int64_t gridSize, double offset, double sc
   Line line;
   for (std::int64_t x = 0; x < gridSize; ++x) {
     double p = std::clamp(offset + scale * double(x), 0.0, double(size - 1));
-    if (std::abs(p - std::round(p)) < onLattice)
+    if (std::abs(p - std::round(p)) < onGrid)
       p = std::round(p);
     else
       line.identity = false;

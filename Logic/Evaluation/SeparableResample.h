@@ -6,14 +6,14 @@
 
 namespace innergs {
 
-/// How the axes of two aligned lattices correspond: index along the image's axis `axis[a]` = offset[a] +
+/// How the axes of two aligned grids correspond: index along the image's axis `axis[a]` = offset[a] +
 /// scale[a] · index along the grid's axis a.
 struct AxisMap {
   std::array<int, 3> axis;
   Vec3 offset, scale;
 };
 
-/// nullopt if the lattices are oblique to each other (by more than 1e-4 voxel across the grid).
+/// nullopt if the grids are oblique to each other (by more than 1e-4 voxel across the box).
 std::optional<AxisMap> alignedAxes(const GridGeometry& image, const GridGeometry& grid);
 
 /// Interpolates axis by axis: the same result as the tensor-product kernel with a fraction of its taps.

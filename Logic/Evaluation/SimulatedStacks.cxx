@@ -40,7 +40,7 @@ Volume middleOf(const Volume& volume, int edge) {
   return cropped(volume, IndexBlock{first, {edge, edge, edge}});
 }
 
-/// Thick slices along one axis of the lattice, from face to face.
+/// Thick slices along one axis of the grid, from face to face.
 Stack emptyStack(const GridGeometry& scanned, int axis, const StacksCase& c) {
   Stack stack;
   GridGeometry& g = stack.image.geometry = withSliceAxis(scanned, axis);

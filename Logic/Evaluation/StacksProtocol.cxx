@@ -98,13 +98,13 @@ Affine3 registered(const Volume& image, const Volume& truth, std::span<const std
   return found;
 }
 
-GridGeometry moved(GridGeometry lattice, const Affine3& motion) {
-  lattice.origin = motion(lattice.origin);
-  lattice.direction = motion.linear * lattice.direction;
-  return lattice;
+GridGeometry moved(GridGeometry grid, const Affine3& motion) {
+  grid.origin = motion(grid.origin);
+  grid.direction = motion.linear * grid.direction;
+  return grid;
 }
 
-/// The image moved onto the truth's lattice.
+/// The image moved onto the truth's grid.
 Volume moved(const Volume& image, const Volume& truth, const Affine3& toImage, ThreadPool& pool) {
   return {truth.geometry, ItkCubic(image).on(moved(truth.geometry, toImage), pool)};
 }

@@ -21,8 +21,8 @@ namespace {
   throw Error(ErrorCode::FileFormat, sentence);
 }
 
-SliceTiming along(std::vector<double> times, const std::string& direction, int axis,
-                  const GridGeometry& lattice, const std::string& what) {
+SliceTiming along(std::vector<double> times, const std::string& direction, int axis, const GridGeometry& grid,
+                  const std::string& what) {
   SliceTiming timing{axis, std::move(times)};
   if (!direction.empty()) {
     timing.axis = direction[0] - 'i';
@@ -30,7 +30,7 @@ SliceTiming along(std::vector<double> times, const std::string& direction, int a
       fail(what + " has a SliceEncodingDirection '" + direction +
            "'; correct it to one of i, j, k, i-, j-, k-.");
   }
-  const auto slices = static_cast<std::size_t>(lattice.size[timing.axis]);
+  const auto slices = static_cast<std::size_t>(grid.size[timing.axis]);
   if (timing.times.size() != slices)
     fail(what + " has " + std::to_string(timing.times.size()) + " slice times for " + std::to_string(slices) +
          " slices: correct or remove them.");
@@ -78,7 +78,7 @@ BidsTimes readBidsTimes(const fs::path& file) {
   return times;
 }
 
-BidsSlices readBidsSlices(const fs::path& file, int axis, const GridGeometry& lattice) {
+BidsSlices readBidsSlices(const fs::path& file, int axis, const GridGeometry& grid) {
   BidsSlices slices{axis, 0, {}};
   const json values = objectIn(file);
   bool backwards = false;
@@ -92,7 +92,7 @@ BidsSlices readBidsSlices(const fs::path& file, int axis, const GridGeometry& la
     slices.thickness = std::max(0.0, found->get<double>());
   const auto found = values.find("SliceTiming");
   if (found == values.end() || !found->is_array() ||
-      std::ssize(*found) != lattice.size[static_cast<std::size_t>(slices.axis)] ||
+      std::ssize(*found) != grid.size[static_cast<std::size_t>(slices.axis)] ||
       !std::all_of(found->begin(), found->end(), [](const json& time) { return time.is_number(); }))
     return slices;
   slices.times = found->get<std::vector<double>>();
@@ -101,7 +101,7 @@ BidsSlices readBidsSlices(const fs::path& file, int axis, const GridGeometry& la
 }
 
 SliceTiming sliceTimingFrom(const std::string& text, const std::string& direction, int axis,
-                            const GridGeometry& lattice, const std::string& what) {
+                            const GridGeometry& grid, const std::string& what) {
   constexpr const char* blanks = " \t\r\n,;[]";
   std::vector<double> times;
   for (std::size_t at = text.find_first_not_of(blanks); at != std::string::npos;) {
@@ -112,28 +112,28 @@ SliceTiming sliceTimingFrom(const std::string& text, const std::string& directio
     times.push_back(*time);
     at = text.find_first_not_of(blanks, end);
   }
-  return along(std::move(times), direction, axis, lattice, what);
+  return along(std::move(times), direction, axis, grid, what);
 }
 
-std::optional<SliceTiming> sliceTimingFrom(const BidsTimes& times, int axis, const GridGeometry& lattice,
+std::optional<SliceTiming> sliceTimingFrom(const BidsTimes& times, int axis, const GridGeometry& grid,
                                            const std::string& what) {
   if (times.slices.empty()) return std::nullopt;
-  return along(times.slices, times.direction, axis, lattice, what);
+  return along(times.slices, times.direction, axis, grid, what);
 }
 
-std::optional<SliceTiming> bidsSliceTiming(const fs::path& file, int axis, const GridGeometry& lattice) {
-  return sliceTimingFrom(readBidsTimes(file), axis, lattice, quoted(file));
+std::optional<SliceTiming> bidsSliceTiming(const fs::path& file, int axis, const GridGeometry& grid) {
+  return sliceTimingFrom(readBidsTimes(file), axis, grid, quoted(file));
 }
 
-SliceTiming readSliceTiming(const fs::path& file, const GridGeometry& lattice, int axis) {
+SliceTiming readSliceTiming(const fs::path& file, const GridGeometry& grid, int axis) {
   checkInputFile(file);
   if (fullExtension(file) == ".json") {
-    if (auto timing = bidsSliceTiming(file, axis, lattice)) return *timing;
+    if (auto timing = bidsSliceTiming(file, axis, grid)) return *timing;
     fail(quoted(file) + " has no SliceTiming, a list of one time (s) per slice: choose a BIDS file that has "
                         "it, or text with these times.");
   }
   std::ifstream in(file, std::ios::binary);
-  return sliceTimingFrom({std::istreambuf_iterator<char>(in), {}}, "", axis, lattice, quoted(file));
+  return sliceTimingFrom({std::istreambuf_iterator<char>(in), {}}, "", axis, grid, quoted(file));
 }
 
 } // namespace innergs

@@ -26,29 +26,29 @@ struct BidsTimes {
 BidsTimes readBidsTimes(const std::filesystem::path& file);
 
 /// What a BIDS file (.json) says of the slices of an image that does not move; 0 and empty where it says
-/// nothing, or nothing that fits the lattice.
+/// nothing, or nothing that fits the grid.
 struct BidsSlices {
-  int axis = 2;              // lattice axis that counts the slices
+  int axis = 2;              // grid axis that counts the slices
   double thickness = 0;      // mm, SliceThickness
   std::vector<double> times; // s, SliceTiming, of each slice along the axis
 };
 
 /// axis: counts the slices if the file has no SliceEncodingDirection.
-BidsSlices readBidsSlices(const std::filesystem::path& file, int axis, const GridGeometry& lattice);
+BidsSlices readBidsSlices(const std::filesystem::path& file, int axis, const GridGeometry& grid);
 
-/// Slice times (s) of a frame on the lattice from text: one per slice, separated by blanks, commas or lines,
+/// Slice times (s) of a frame on the grid from text: one per slice, separated by blanks, commas or lines,
 /// along a direction as BIDS names it ("k", "j-"; "": `axis`). Empty if all are equal. Throws
 /// Error(FileFormat), naming `what`.
 SliceTiming sliceTimingFrom(const std::string& text, const std::string& direction, int axis,
-                            const GridGeometry& lattice, const std::string& what);
+                            const GridGeometry& grid, const std::string& what);
 
 /// The same from a BIDS file; nullopt if it has none. Throws Error(FileFormat), naming `what`.
-std::optional<SliceTiming> sliceTimingFrom(const BidsTimes& times, int axis, const GridGeometry& lattice,
+std::optional<SliceTiming> sliceTimingFrom(const BidsTimes& times, int axis, const GridGeometry& grid,
                                            const std::string& what);
 std::optional<SliceTiming> bidsSliceTiming(const std::filesystem::path& file, int axis,
-                                           const GridGeometry& lattice);
+                                           const GridGeometry& grid);
 
 /// The same from a file that the user chose: .json or plain text. Throws Error(FileNotFound | FileFormat).
-SliceTiming readSliceTiming(const std::filesystem::path& file, const GridGeometry& lattice, int axis = 2);
+SliceTiming readSliceTiming(const std::filesystem::path& file, const GridGeometry& grid, int axis = 2);
 
 } // namespace innergs

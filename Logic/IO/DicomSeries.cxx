@@ -259,7 +259,7 @@ void checkComplete(const std::vector<double>& gaps, const std::string& what) {
                         gaps[k], smallest));
 }
 
-/// Lays out parallel slices, sorted along the normal, on a lattice with that axis; those that are not there
+/// Lays out parallel slices, sorted along the normal, on a grid with that axis; those that are not there
 /// get poses.
 void layOut(const std::vector<Slice>& slices, const Vec3& normal, DicomSeries& series,
             const std::string& what) {

@@ -24,7 +24,7 @@ TimeSpline splineFrom(const Metadata& metadata, const std::string& key) {
           value["coefficients"].get<int>()};
 }
 
-MotionLattice latticeFrom(const Metadata& metadata) {
+MotionGrid motionGridFrom(const Metadata& metadata) {
   const std::string key = "motion_lattice";
   const json value = metadata.parsed(key);
   if (!value.is_object()) metadata.fail(key);
@@ -32,14 +32,14 @@ MotionLattice latticeFrom(const Metadata& metadata) {
     if (!value.contains(part)) metadata.fail(key);
   const json& size = value["size"];
   if (!size.is_array() || size.size() != 3) metadata.fail(key);
-  MotionLattice lattice;
+  MotionGrid grid;
   for (std::size_t a = 0; a < 3; ++a) {
     if (!size[a].is_number_unsigned() || size[a].get<std::uint64_t>() > 4096) metadata.fail(key);
-    lattice.size[a] = size[a].get<std::int64_t>();
+    grid.size[a] = size[a].get<std::int64_t>();
   }
-  lattice.origin = metadata.vector(value["origin"], key);
-  lattice.spacing = metadata.vector(value["spacing"], key);
-  return lattice;
+  grid.origin = metadata.vector(value["origin"], key);
+  grid.spacing = metadata.vector(value["spacing"], key);
+  return grid;
 }
 
 std::string networkText(const DeformationNetwork& network) {
@@ -118,8 +118,8 @@ RefinementState refinementFrom(const SafetensorsFile& file, const Metadata& meta
 }
 
 std::vector<std::int64_t> nodesShape(const DynamicField& field) {
-  const auto& n = field.lattice.size;
-  return {field.motion.coefficients, n[2], n[1], n[0], MotionLattice::kValues};
+  const auto& n = field.motionGrid.size;
+  return {field.motion.coefficients, n[2], n[1], n[0], MotionGrid::kValues};
 }
 
 } // namespace
@@ -146,11 +146,10 @@ void writeDynamicModel(const DynamicField& field, const std::filesystem::path& p
     tensors.push_back({name, std::move(shape), [&values] { return values; }});
   };
   if (field.kind == DynamicKind::Motion) {
-    more["motion_lattice"] = json{
-        {"size", field.lattice.size},
-        {"origin", field.lattice.origin},
-        {"spacing",
-         field.lattice.spacing}}.dump();
+    more["motion_lattice"] = json{{"size", field.motionGrid.size},
+                                  {"origin", field.motionGrid.origin},
+                                  {"spacing", field.motionGrid.spacing}}
+                                 .dump();
     more["motion_spline"] = splineText(field.motion);
     add("motion_nodes", nodesShape(field), field.nodes);
     add("anchor", {field.size(), 3}, field.anchors);
@@ -201,7 +200,7 @@ DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* not
     return file.read(name, shape);
   };
   if (field.kind == DynamicKind::Motion) {
-    field.lattice = latticeFrom(metadata);
+    field.motionGrid = motionGridFrom(metadata);
     field.motion = splineFrom(metadata, "motion_spline");
     field.nodes = read("motion_nodes", nodesShape(field));
     field.anchors = read("anchor", {field.size(), 3});

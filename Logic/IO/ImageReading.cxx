@@ -190,8 +190,8 @@ constexpr const char* kDicomThickness = "DICOM (0018,0050)";
 /// Thickness and times of the slices, as the header or the sidecar beside a NIfTI says. How far the slices
 /// lie apart tells which axis counts them; what is said of another axis does not count.
 void describeSlices(const OpenFile& file, LoadedImage& loaded) {
-  const GridGeometry& lattice = loaded.volume.geometry;
-  const int axis = sliceAxisOf(lattice.spacing);
+  const GridGeometry& grid = loaded.volume.geometry;
+  const int axis = sliceAxisOf(grid.spacing);
   const auto say = [&](double thickness, const std::string& from) {
     if (!(thickness > 0)) return;
     loaded.sliceThickness = thickness;
@@ -202,7 +202,7 @@ void describeSlices(const OpenFile& file, LoadedImage& loaded) {
   if (!file.nifti) return;
   const fs::path sidecar = sidecarOf(file.given);
   const int counted = file.nifti->sliceAxis;
-  const BidsSlices bids = readBidsSlices(sidecar, counted >= 0 ? counted : axis, lattice);
+  const BidsSlices bids = readBidsSlices(sidecar, counted >= 0 ? counted : axis, grid);
   if (bids.axis == axis) {
     say(bids.thickness, "SliceThickness in " + quoted(sidecar.filename()));
     loaded.sliceTimes = bids.times;

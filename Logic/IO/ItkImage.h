@@ -33,7 +33,7 @@ auto withItk(ErrorCode code, const std::string& sentence, Work&& work) {
   }
 }
 
-/// The image described by an ImageIO that has read its header, as scalar frames on one lattice.
+/// The image described by an ImageIO that has read its header, as scalar frames on one grid.
 struct ItkHeader {
   GridGeometry geometry; // not checked yet
   std::int64_t frames = 1;

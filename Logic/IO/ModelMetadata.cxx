@@ -120,7 +120,7 @@ json featuresJson(const FeatureModel& features) {
              {"blocks", toJson(features.support.blocks)},
              {"low_intensity", features.scale.low}};
   if (features.decoder) value["embedding_size"] = features.decoder->size;
-  if (!features.residual.empty()) value["residual_grid"] = toJson(features.residual.lattice);
+  if (!features.residual.empty()) value["residual_grid"] = toJson(features.residual.grid);
   if (features.time != 0) value["time"] = features.time;
   return value;
 }
@@ -156,10 +156,10 @@ void addTensors(const FeatureModel& features, std::vector<TensorToWrite>& tensor
                      }});
 }
 
-ClassResidual residualOf(const SafetensorsFile& file, const GridGeometry& lattice, const Metadata& metadata,
+ClassResidual residualOf(const SafetensorsFile& file, const GridGeometry& grid, const Metadata& metadata,
                          const std::filesystem::path& path) {
   ClassResidual residual;
-  residual.lattice = lattice;
+  residual.grid = grid;
   const auto read = [&](const char* name) {
     const auto* tensor = file.find(name);
     if (tensor == nullptr || tensor->shape.size() != 1) metadata.fail(name);

@@ -76,7 +76,7 @@ void writeMotion(const MotionSequence& motion, const fs::path& path) {
   for (const auto& field : motion.fields)
     if (field.size() != values)
       throw Error(ErrorCode::InvalidArgument,
-                  "The motion for " + quoted(path) + " has a field of another size than its lattice.");
+                  "The motion for " + quoted(path) + " has a field of another size than its grid.");
   if (isSequenceFile(path)) return writeSequence(motion, path);
   const std::vector<fs::path> files = motionFiles(path, motion.times.size());
   for (std::size_t f = 0; f < files.size(); ++f)

@@ -81,7 +81,7 @@ typename ImageType::Pointer shrunk(const ImageType* image, const std::array<unsi
   return shrink->GetOutput();
 }
 
-/// The logarithm of the shading at every voxel of the lattice.
+/// The logarithm of the shading at every voxel of the grid.
 Field::Pointer logField(const Image* image, const MaskImage* mask, const GridGeometry& g,
                         const std::stop_token& stop) {
   const std::array<unsigned, 3> factors = shrinkFactors(g);

@@ -203,7 +203,7 @@ void readOwnComments(const PlyHeader& header, const std::filesystem::path& path,
   }
 }
 
-/// A lattice around the Gaussians of a file without a domain: 256 voxels along the longest side.
+/// A grid around the Gaussians of a file without a domain: 256 voxels along the longest side.
 GridGeometry domainAround(const std::vector<Gaussian>& gaussians) {
   Bounds bounds;
   for (const Gaussian& g : gaussians)

@@ -21,7 +21,7 @@ struct SegmentInfo {
   std::array<double, 3> color{0.5, 0.7, 0.5}; // red, green, blue from 0 to 1
 };
 
-/// Header fields that make a labelmap on the lattice a 3D Slicer segmentation when written as .seg.nrrd.
+/// Header fields that make a labelmap on the grid a 3D Slicer segmentation when written as .seg.nrrd.
 std::map<std::string, std::string> segmentFields(const std::vector<SegmentInfo>& segments,
                                                  const GridGeometry& geometry);
 

@@ -159,9 +159,9 @@ TimeSeries readFolder(const fs::path& folder, const TimeSeriesOptions& options) 
     Volume frame = readVolume(file);
     if (series.frames.empty())
       series.geometry = frame.geometry;
-    else if (!sameLattice(series.geometry, frame.geometry))
-      throw Error(ErrorCode::Geometry, quoted(file) + " lies on another lattice than " +
-                                           quoted(files.front()) + ": resample all frames to one first.");
+    else if (!sameGrid(series.geometry, frame.geometry))
+      throw Error(ErrorCode::Geometry, quoted(file) + " lies on another grid than " + quoted(files.front()) +
+                                           ": resample all frames to one first.");
     series.frames.push_back(std::move(frame.voxels));
   }
   series.times = givenTimes(options, files.size(), what);

@@ -19,7 +19,7 @@ struct TimeSeriesOptions {
 /// header and its unit; the times of a frame's slices likewise, or from that .json (SliceTiming,
 /// SliceEncodingDirection) or the NIfTI header (slice_code). Throws Error(FileNotFound | FileFormat |
 /// UnsupportedImage | Geometry | InvalidArgument | NoData) with one sentence: a single frame, frames on
-/// different lattices, times that are missing or do not increase, frames that are all equal, colour, vectors
+/// different grids, times that are missing or do not increase, frames that are all equal, colour, vectors
 /// and diffusion.
 TimeSeries readTimeSeries(const std::filesystem::path& path, const TimeSeriesOptions& options = {});
 

@@ -156,8 +156,8 @@ std::string writeTimeSeries(const TimeSeries& series, const fs::path& path, Outp
   all.reserve(count * series.frames.size());
   for (const auto& frame : series.frames) {
     if (frame.size() != count)
-      throw Error(ErrorCode::InvalidArgument, "The series for " + quoted(path) +
-                                                  " has a frame with fewer or more voxels than its lattice.");
+      throw Error(ErrorCode::InvalidArgument,
+                  "The series for " + quoted(path) + " has a frame with fewer or more voxels than its grid.");
     all.insert(all.end(), frame.begin(), frame.end());
   }
   if (series.frames.empty() || series.times.size() != series.frames.size())

@@ -458,7 +458,7 @@ Stack placedSweep(Volume images, const SweepFields& fields, const NamedTransform
     return d;
   };
   g.direction = directions(middle);
-  // The lattice lies around the middle of all images.
+  // The grid lies around the middle of all images.
   Vec3 centre{0, 0, 0};
   std::vector<Vec3> corners;
   for (const Placed& p : all) {

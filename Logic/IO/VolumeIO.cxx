@@ -67,7 +67,7 @@ std::string writeVolume(const Volume& volume, const std::filesystem::path& path,
   checkGeometry(volume.geometry, "The volume for " + quoted(path));
   if (static_cast<std::int64_t>(volume.voxels.size()) != volume.geometry.voxelCount())
     throw Error(ErrorCode::InvalidArgument,
-                "The volume for " + quoted(path) + " has fewer or more voxels than its lattice.");
+                "The volume for " + quoted(path) + " has fewer or more voxels than its grid.");
   const TypedVoxels voxels(volume.voxels, type, expected, path);
   writeItkFile(path, volume.geometry, type, voxels, fields);
   return voxels.remark();

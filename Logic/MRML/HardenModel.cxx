@@ -22,18 +22,18 @@ bool isRigid(const Mat3& a) {
   return determinant(a) > 0;
 }
 
-std::vector<const GridGeometry*> latticesOf(const GaussianField& field, const FeatureModel* features) {
-  std::vector<const GridGeometry*> lattices;
-  if (field.domain.voxelCount() > 0) lattices.push_back(&field.domain);
-  if (!field.support.voxels.empty()) lattices.push_back(&field.support.geometry);
-  if (!field.residual.voxels.empty()) lattices.push_back(&field.residual.geometry);
-  if (features) lattices.push_back(&features->support.blocks);
-  if (features && !features->residual.empty()) lattices.push_back(&features->residual.lattice);
-  return lattices;
+std::vector<const GridGeometry*> gridsOf(const GaussianField& field, const FeatureModel* features) {
+  std::vector<const GridGeometry*> grids;
+  if (field.domain.voxelCount() > 0) grids.push_back(&field.domain);
+  if (!field.support.voxels.empty()) grids.push_back(&field.support.geometry);
+  if (!field.residual.voxels.empty()) grids.push_back(&field.residual.geometry);
+  if (features) grids.push_back(&features->support.blocks);
+  if (features && !features->residual.empty()) grids.push_back(&features->residual.grid);
+  return grids;
 }
 
-bool keepsRightAngles(const Mat3& linear, const GridGeometry& lattice) {
-  const Mat3 axes = linear * lattice.direction;
+bool keepsRightAngles(const Mat3& linear, const GridGeometry& grid) {
+  const Mat3 axes = linear * grid.direction;
   for (int i = 0; i < 3; ++i) {
     const Vec3 a = column(axes, i), b = column(axes, (i + 1) % 3);
     if (!(std::abs(dot(a, b)) <= kTolerance * norm(a) * norm(b))) return false;
@@ -61,15 +61,15 @@ Mat3 withoutShear(const Mat3& map, const Mat3& axes) {
   return scaled * inverse(axes);
 }
 
-/// What of a map the model's lattices can take.
+/// What of a map the model's grids can take.
 Affine3 takeable(const GaussianField& field, const FeatureModel* features, const Affine3& map) {
-  const auto lattices = latticesOf(field, features);
+  const auto grids = gridsOf(field, features);
   const auto fits = [&](const Mat3& linear) {
-    return std::all_of(lattices.begin(), lattices.end(),
-                       [&](const GridGeometry* lattice) { return keepsRightAngles(linear, *lattice); });
+    return std::all_of(grids.begin(), grids.end(),
+                       [&](const GridGeometry* grid) { return keepsRightAngles(linear, *grid); });
   };
   if (fits(map.linear)) return map;
-  const Mat3 linear = withoutShear(map.linear, lattices.front()->direction);
+  const Mat3 linear = withoutShear(map.linear, grids.front()->direction);
   return fits(linear) ? Affine3{linear, map.offset} : Affine3{};
 }
 
@@ -142,7 +142,7 @@ HardenedModel harden(const Model& model, const FeatureModel* features, const Aff
   if (features) {
     const auto movedFeatures = std::make_shared<FeatureModel>(*features);
     move(movedFeatures->support.blocks, taken);
-    if (!movedFeatures->residual.empty()) move(movedFeatures->residual.lattice, taken);
+    if (!movedFeatures->residual.empty()) move(movedFeatures->residual.grid, taken);
     result.features = movedFeatures;
   }
   moved->optimizer = {};

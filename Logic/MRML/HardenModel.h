@@ -15,9 +15,9 @@ struct HardenedModel {
   bool complete = true; // rest is the identity
 };
 
-/// Moves means, covariances, slopes, domain, support, residual grid and the features' lattices by rotations,
-/// shifts, scalings and mirrorings along the axes of the model's lattices, or by anything when it has no
-/// lattice. A shear of a lattice stays in `rest`. An interrupted fit cannot continue from a moved model.
+/// Moves means, covariances, slopes, domain, support, residual grid and the features' grids by rotations,
+/// shifts, scalings and mirrorings along the axes of the model's grids, or by anything when it has no
+/// grid. A shear of a grid stays in `rest`. An interrupted fit cannot continue from a moved model.
 /// Throws Error when the map cannot be inverted or takes the model out of range.
 HardenedModel harden(const Model& model, const FeatureModel* features, const Affine3& map);
 

@@ -23,11 +23,11 @@ void toWorld(vtkMRMLTransformableNode* node, vtkMatrix4x4* nodeToWorld);
 /// Voxel indices → world; throws like toWorld.
 void ijkToWorld(vtkMRMLVolumeNode* node, vtkMatrix4x4* ijkToWorld);
 
-/// The LPS lattice of a volume's voxels in the world. Throws Error(NoData) without image data, and like
+/// The LPS grid of a volume's voxels in the world. Throws Error(NoData) without image data, and like
 /// toWorld.
 GridGeometry gridOf(vtkMRMLVolumeNode* node);
 
-/// An ROI as a lattice of one voxel (LPS): its oriented box. Throws Error(Geometry) if it is empty or
+/// An ROI as a grid of one voxel (LPS): its oriented box. Throws Error(Geometry) if it is empty or
 /// sheared.
 GridGeometry boxOf(vtkMRMLMarkupsROINode* roi);
 

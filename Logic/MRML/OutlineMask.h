@@ -14,7 +14,7 @@ namespace innergs::mrml {
 /// in a panel asks for an estimate. Main thread.
 class OutlineMask {
 public:
-  /// The mask on its own lattice (LPS); null without a mask, for surfaces, which would take Slicer's slow
+  /// The mask on its own grid (LPS); null without a mask, for surfaces, which would take Slicer's slow
   /// conversion, and for masks that the job will refuse. segment, `like`, grids: as SegmentationMask's.
   const Mask* of(vtkMRMLNode* node, const std::string& segment, vtkMRMLVolumeNode* like,
                  const std::vector<GridGeometry>& grids);

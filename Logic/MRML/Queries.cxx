@@ -100,7 +100,7 @@ struct Alive {
   vtkSmartPointer<vtkMRMLVolumeNode> reference;
 };
 
-/// Sets the same spacing (mm in the world) along every axis of the model's lattice, however its parent
+/// Sets the same spacing (mm in the world) along every axis of the model's grid, however its parent
 /// scales.
 void setSpacing(vtkInnerGSResample* filter, vtkInnerGSModel* model, vtkMatrix4x4* modelToWorld,
                 double spacing) {
@@ -118,7 +118,7 @@ void setSpacing(vtkInnerGSResample* filter, vtkInnerGSModel* model, vtkMatrix4x4
   filter->SetOutputSpacing(local);
 }
 
-/// Rejects a nonlinear parent transform for a lattice. Throws Error(Geometry).
+/// Rejects a nonlinear parent transform for a grid. Throws Error(Geometry).
 void refuseBend(vtkMRMLInnerGSModelNode* model) {
   vtkMRMLTransformNode* parent = model->GetParentTransformNode();
   if (parent && !parent->IsTransformToWorldLinear())
@@ -127,11 +127,11 @@ void refuseBend(vtkMRMLInnerGSModelNode* model) {
                                          "or remove the transform.");
 }
 
-/// Rejects a parent transform that shears a lattice.
-void refuseShear(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* lattice) {
+/// Rejects a parent transform that shears a grid.
+void refuseShear(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* grid) {
   const int one[3] = {1, 1, 1}, first[3] = {0, 0, 0};
   try {
-    vtk::gridOf(lattice, one, first, quoted(model));
+    vtk::gridOf(grid, one, first, quoted(model));
   } catch (const Error&) {
     throw Error(ErrorCode::Geometry, quoted(model) +
                                          " is under a transform that shears voxels: query planes, or "
@@ -238,7 +238,7 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> resampleLike(vtkMRMLScene* scene, vtkMR
   const Alive alive(model, output, reference);
   vtkNew<vtkInnerGSResample> filter;
   filter->SetModel(modelOf(model));
-  const GridGeometry grid = gridOf(reference); // throws if it is not a lattice
+  const GridGeometry grid = gridOf(reference); // throws if sheared
   vtkNew<vtkMatrix4x4> toModel, referenceToWorld, ijkToModel;
   refuseBend(model);
   fromWorld(model, toModel);

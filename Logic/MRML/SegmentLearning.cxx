@@ -45,7 +45,7 @@ struct TrainingLabels {
   NamedLabels labels(const std::stop_token& stop, DetachedTasks& unstoppable);
 };
 
-/// A lattice of the world in the model's own coordinates. Throws Error(Geometry) where that shears it.
+/// A grid of the world in the model's own coordinates. Throws Error(Geometry) where that shears it.
 GridGeometry inModel(const GridGeometry& world, vtkMatrix4x4* worldToModel) {
   vtkNew<vtkMatrix4x4> ijkToWorld, ijkToModel;
   vtk::toMatrix(world, ijkToWorld);
@@ -63,7 +63,7 @@ NamedLabels TrainingLabels::labels(const std::stop_token& stop, DetachedTasks& u
   return given;
 }
 
-/// The lattice of the model's region in the world. Throws Error(Geometry).
+/// The grid of the model's region in the world. Throws Error(Geometry).
 void regionInWorld(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* ijkToWorld, int size[3]) {
   vtkNew<vtkMatrix4x4> ijkToModel, modelToWorld;
   if (!model->GetModel()->GetDomain(ijkToModel, size))

@@ -25,7 +25,7 @@
 namespace innergs::mrml {
 namespace {
 
-/// On the whole lattice's index axes, as far as the segment reaches.
+/// On the whole grid's index axes, as far as the segment reaches.
 vtkSmartPointer<vtkOrientedImageData> imageOf(const Segment& segment, vtkMatrix4x4* ijkToRAS) {
   auto image = vtkSmartPointer<vtkOrientedImageData>::New();
   int extent[6] = {0, -1, 0, -1, 0, -1};
@@ -95,7 +95,7 @@ vtkSmartPointer<vtkMRMLSegmentationNode> addSegments(vtkMRMLScene* scene, vtkMRM
   const vtkSmartPointer<vtkMRMLInnerGSModelNode> keptModel = model; // observers may remove nodes
   vtkSmartPointer<vtkMRMLSegmentationNode> node = output;
   vtkNew<vtkMatrix4x4> ijkToRAS;
-  vtk::toMatrix(made.lattice, ijkToRAS);
+  vtk::toMatrix(made.grid, ijkToRAS);
   if (!node) {
     if (!scene)
       throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add segments to: set one.");
@@ -105,9 +105,8 @@ vtkSmartPointer<vtkMRMLSegmentationNode> addSegments(vtkMRMLScene* scene, vtkMRM
     placeBeside(node, model);
     node->SetAndObserveTransformNodeID(model->GetTransformNodeID());
     vtkNew<vtkOrientedImageData> whole;
-    whole->SetExtent(0, static_cast<int>(made.lattice.size[0]) - 1, 0,
-                     static_cast<int>(made.lattice.size[1]) - 1, 0,
-                     static_cast<int>(made.lattice.size[2]) - 1);
+    whole->SetExtent(0, static_cast<int>(made.grid.size[0]) - 1, 0, static_cast<int>(made.grid.size[1]) - 1,
+                     0, static_cast<int>(made.grid.size[2]) - 1);
     node->GetSegmentation()->SetConversionParameter(
         vtkSegmentationConverter::GetReferenceImageGeometryParameterName(),
         vtkSegmentationConverter::SerializeImageGeometry(ijkToRAS, whole));
@@ -136,14 +135,14 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> addScore(vtkMRMLScene* scene, vtkMRMLIn
                                                   const MadeSegments& made, vtkMRMLScalarVolumeNode* output) {
   const vtkSmartPointer<vtkMRMLInnerGSModelNode> keptModel = model; // observers may remove nodes
   vtkNew<vtkImageData> image;
-  float* score = vtk::allocateFloats(image, made.lattice, false);
-  std::fill_n(score, made.lattice.voxelCount(), 0.f);
+  float* score = vtk::allocateFloats(image, made.grid, false);
+  std::fill_n(score, made.grid.voxelCount(), 0.f);
   for (const auto& [terms, segment] : made.segments)
-    forEachVoxel(segment, made.lattice.size, [score, &found = segment](std::size_t voxel, std::size_t part) {
+    forEachVoxel(segment, made.grid.size, [score, &found = segment](std::size_t voxel, std::size_t part) {
       score[voxel] = std::max(score[voxel], found.probability[part]);
     });
   vtkNew<vtkMatrix4x4> ijkToRAS;
-  vtk::toMatrix(made.lattice, ijkToRAS);
+  vtk::toMatrix(made.grid, ijkToRAS);
   auto volume = volumeFor(scene, output, model, " score");
   setProvenance(volume, model);
   setVolume(volume, image, ijkToRAS);

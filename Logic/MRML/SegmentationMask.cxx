@@ -53,7 +53,7 @@ bool hasVoxels(vtkOrientedImageData* image) {
   return image && !image->IsEmpty() && image->GetPointData()->GetScalars();
 }
 
-/// The largest spacing (mm) of the lattices that voxels may be resampled on before the fit's own.
+/// The largest spacing (mm) of the grids that voxels may be resampled on before the fit's own.
 double largestStep(vtkSegmentation* segments, const std::vector<std::string>& ids) {
   double step = 0;
   const auto consider = [&](vtkOrientedImageData* image) {
@@ -70,8 +70,8 @@ double largestStep(vtkSegmentation* segments, const std::vector<std::string>& id
   return step;
 }
 
-/// The image's lattice (LPS), and its index → world (RAS).
-GridGeometry latticeOf(vtkOrientedImageData* image, vtkMatrix4x4* nodeToWorld, vtkMatrix4x4* imageToWorld) {
+/// The image's grid (LPS), and its index → world (RAS).
+GridGeometry worldGridOf(vtkOrientedImageData* image, vtkMatrix4x4* nodeToWorld, vtkMatrix4x4* imageToWorld) {
   vtkNew<vtkMatrix4x4> imageToNode;
   image->GetImageToWorldMatrix(imageToNode);
   vtkMatrix4x4::Multiply4x4(nodeToWorld, imageToNode, imageToWorld);
@@ -86,7 +86,7 @@ GridGeometry latticeOf(vtkOrientedImageData* image, vtkMatrix4x4* nodeToWorld, v
 void within(vtkOrientedImageData* image, vtkMatrix4x4* nodeToWorld, const std::vector<GridGeometry>& grids,
             double margin, int part[6]) {
   vtkNew<vtkMatrix4x4> imageToWorld;
-  latticeOf(image, nodeToWorld, imageToWorld); // refuses what is sheared
+  worldGridOf(image, nodeToWorld, imageToWorld); // refuses what is sheared
   const Affine3 toImage = inverse(vtk::affineOf(imageToWorld, "The mask"));
   Bounds box;
   for (const GridGeometry& grid : grids)
@@ -151,25 +151,25 @@ void mark(vtkImageData* image, const Numbers& numbers, const int whole[6], std::
     }
 }
 
-/// A layer's segments, looked up on the lattice (nearest neighbour).
+/// A layer's segments, looked up on the grid (nearest neighbour).
 template <class Label>
-void merge(vtkOrientedImageData* layer, const Numbers& numbers, vtkOrientedImageData* lattice,
+void merge(vtkOrientedImageData* layer, const Numbers& numbers, vtkOrientedImageData* grid,
            std::vector<Label>& mask, const std::stop_token& stop) {
-  vtkNew<vtkTransform> toLayer, toLattice; // stay the identity where both have the same voxels
-  if (!vtkOrientedImageDataResample::DoGeometriesMatch(layer, lattice)) {
-    vtkNew<vtkMatrix4x4> layerToNode, nodeToLayer, latticeToNode, matrix;
+  vtkNew<vtkTransform> toLayer, toGrid; // stay the identity where both have the same voxels
+  if (!vtkOrientedImageDataResample::DoGeometriesMatch(layer, grid)) {
+    vtkNew<vtkMatrix4x4> layerToNode, nodeToLayer, gridToNode, matrix;
     layer->GetImageToWorldMatrix(layerToNode);
-    lattice->GetImageToWorldMatrix(latticeToNode);
+    grid->GetImageToWorldMatrix(gridToNode);
     vtkMatrix4x4::Invert(layerToNode, nodeToLayer);
-    vtkMatrix4x4::Multiply4x4(nodeToLayer, latticeToNode, matrix);
+    vtkMatrix4x4::Multiply4x4(nodeToLayer, gridToNode, matrix);
     toLayer->SetMatrix(matrix);
     matrix->Invert();
-    toLattice->SetMatrix(matrix);
+    toGrid->SetMatrix(matrix);
   }
   int whole[6], part[6], layerExtent[6];
-  lattice->GetExtent(whole);
+  grid->GetExtent(whole);
   layer->GetExtent(layerExtent);
-  vtkOrientedImageDataResample::TransformExtent(layerExtent, toLattice, part);
+  vtkOrientedImageDataResample::TransformExtent(layerExtent, toGrid, part);
   for (int a = 0; a < 3; ++a) {
     part[2 * a] = std::max(part[2 * a], whole[2 * a]);
     part[2 * a + 1] = std::min(part[2 * a + 1], whole[2 * a + 1]);
@@ -302,9 +302,9 @@ void SegmentationMask::makeVoxels(const std::stop_token& stop, DetachedTasks& un
   others_.clear();
 }
 
-void SegmentationMask::chooseLattice(vtkOrientedImageData* lattice) {
+void SegmentationMask::chooseGrid(vtkOrientedImageData* grid) {
   if (single_) {
-    lattice->ShallowCopy(layers_.front().image);
+    grid->ShallowCopy(layers_.front().image);
     return;
   }
   for (std::size_t n = 0; n < layers_.size(); ++n) {
@@ -314,7 +314,7 @@ void SegmentationMask::chooseLattice(vtkOrientedImageData* lattice) {
   }
   const std::string geometry =
       merger_->DetermineCommonLabelmapGeometry(vtkSegmentation::EXTENT_UNION_OF_SEGMENTS);
-  vtkSegmentationConverter::DeserializeImageGeometry(geometry, lattice, false);
+  vtkSegmentationConverter::DeserializeImageGeometry(geometry, grid, false);
 }
 
 template <class Label>
@@ -322,9 +322,9 @@ GridGeometry SegmentationMask::mergeAll(std::vector<Label>& voxels, const std::s
                                         DetachedTasks& unstoppable) {
   makeVoxels(stop, unstoppable);
   if (layers_.empty()) refuseEmpty(name_);
-  vtkNew<vtkOrientedImageData> lattice;
-  chooseLattice(lattice);
-  const GridGeometry geometry = latticeOf(lattice, nodeToWorld_, vtkNew<vtkMatrix4x4>());
+  vtkNew<vtkOrientedImageData> grid;
+  chooseGrid(grid);
+  const GridGeometry geometry = worldGridOf(grid, nodeToWorld_, vtkNew<vtkMatrix4x4>());
   const auto bytes = geometry.voxelCount() * static_cast<std::int64_t>(sizeof(Label));
   if (const std::int64_t available = availableMemory(); available > 0 && bytes > available)
     throw Error(ErrorCode::Memory, name_ +
@@ -333,7 +333,7 @@ GridGeometry SegmentationMask::mergeAll(std::vector<Label>& voxels, const std::s
                                        "Segmentations module.");
   voxels.resize(static_cast<std::size_t>(geometry.voxelCount()));
   for (const Layer& layer : std::exchange(layers_, {}))
-    merge(layer.image, layer.numbers, lattice, voxels, stop);
+    merge(layer.image, layer.numbers, grid, voxels, stop);
   if (!cropped_ && std::all_of(voxels.begin(), voxels.end(), [](Label label) { return label == 0; }))
     refuseEmpty(name_);
   return geometry;

@@ -59,12 +59,12 @@ private:
   template <class Label>
   GridGeometry mergeAll(std::vector<Label>& voxels, const std::stop_token& stop, DetachedTasks& unstoppable);
   void makeVoxels(const std::stop_token& stop, DetachedTasks& unstoppable);
-  /// The lattice to merge on, as Slicer chooses it.
-  void chooseLattice(vtkOrientedImageData* lattice);
+  /// The grid to merge on, as Slicer chooses it.
+  void chooseGrid(vtkOrientedImageData* grid);
 
   std::string name_;               // "The mask 'Organs'", for sentences
   std::vector<std::string> names_; // of the segments
-  bool single_;                    // one segment: its own lattice
+  bool single_;                    // one segment: its own grid
   bool cropped_ = false;
   vtkNew<vtkMatrix4x4> nodeToWorld_;
   std::map<vtkOrientedImageData*, vtkSmartPointer<vtkOrientedImageData>> copies_;

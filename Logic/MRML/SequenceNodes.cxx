@@ -61,19 +61,19 @@ std::vector<double> timesOf(vtkMRMLSequenceNode* sequence, double interval) {
   return times;
 }
 
-SliceTiming sliceTimingOf(vtkSlicerInnerGSDynamicRequest* request, const GridGeometry& lattice) {
+SliceTiming sliceTimingOf(vtkSlicerInnerGSDynamicRequest* request, const GridGeometry& grid) {
   vtkMRMLSequenceNode* sequence = request->GetSeries();
   if (vtkDoubleArray* times = request->GetSliceTimes(); times && times->GetNumberOfValues() > 0)
     return {2, {times->GetPointer(0), times->GetPointer(0) + times->GetNumberOfValues()}};
   if (const std::string file = request->GetSliceTimingFileName(); !file.empty())
-    return readSliceTiming(pathOf(file), lattice);
+    return readSliceTiming(pathOf(file), grid);
   if (const char* text = sequence->GetAttribute("InnerGS.SliceTiming"); text && *text) {
     const char* direction = sequence->GetAttribute("InnerGS.SliceEncodingDirection");
-    return sliceTimingFrom(text, direction ? direction : "", 2, lattice, quoted(sequence));
+    return sliceTimingFrom(text, direction ? direction : "", 2, grid, quoted(sequence));
   }
   vtkMRMLStorageNode* storage = sequence->GetStorageNode();
   if (const std::string file = storage ? storage->GetFullNameFromFileName() : std::string(); !file.empty())
-    if (auto timing = bidsSliceTiming(sidecarOf(pathOf(file)), 2, lattice)) return *timing;
+    if (auto timing = bidsSliceTiming(sidecarOf(pathOf(file)), 2, grid)) return *timing;
   return {};
 }
 
@@ -110,21 +110,21 @@ TimeSeries seriesOf(vtkMRMLSequenceNode* sequence, double interval, bool voxels)
     const GridGeometry grid = gridOf(volume);
     if (f == 0)
       series.geometry = grid;
-    else if (!sameLattice(series.geometry, grid))
+    else if (!sameGrid(series.geometry, grid))
       throw Error(ErrorCode::Geometry,
-                  what + " lies on another lattice than the first: resample all frames to one first.");
+                  what + " lies on another grid than the first: resample all frames to one first.");
     vtk::checkVoxels(volume->GetImageData(), what);
     if (voxels) series.frames.push_back(vtk::voxelsOf(volume->GetImageData(), {{0, 0, 0}, grid.size}, what));
   }
   if (auto browser = browserOf(sequence))
     if (auto* proxy = vtkMRMLVolumeNode::SafeDownCast(browser->GetProxyNode(sequence));
         proxy && proxy->GetParentTransformNode() && proxy->GetImageData() &&
-        sameLattice(series.geometry,
-                    [&] { // its own lattice, without the parent
-                      vtkNew<vtkMatrix4x4> ijkToRAS;
-                      proxy->GetIJKToRASMatrix(ijkToRAS);
-                      return vtk::gridOf(proxy->GetImageData(), ijkToRAS, quoted(proxy));
-                    }()))
+        sameGrid(series.geometry,
+                 [&] { // its own grid, without the parent
+                   vtkNew<vtkMatrix4x4> ijkToRAS;
+                   proxy->GetIJKToRASMatrix(ijkToRAS);
+                   return vtk::gridOf(proxy->GetImageData(), ijkToRAS, quoted(proxy));
+                 }()))
       series.geometry = gridOf(proxy);
   series.times = timesOf(sequence, interval);
   for (std::size_t f = 1; f < series.times.size(); ++f)

@@ -27,7 +27,7 @@ TimeSeries seriesOf(vtkMRMLSequenceNode* sequence, double interval, bool voxels)
 /// When the slices of a frame were acquired: from the request, else from the sequence, else from the BIDS
 /// file beside the file that it was read from; empty if none of them says. Throws Error(InvalidArgument |
 /// FileNotFound | FileFormat).
-SliceTiming sliceTimingOf(vtkSlicerInnerGSDynamicRequest* request, const GridGeometry& lattice);
+SliceTiming sliceTimingOf(vtkSlicerInnerGSDynamicRequest* request, const GridGeometry& grid);
 
 /// The frames' times in s. Throws Error(InvalidArgument) if the index is not a time.
 std::vector<double> timesOf(vtkMRMLSequenceNode* sequence, double interval);
@@ -51,7 +51,7 @@ vtkSmartPointer<vtkMRMLSequenceNode> addSequence(vtkMRMLScene* scene, const std:
 /// Puts the sequence into `like`'s browser if their indices agree, else into one of its own.
 vtkSmartPointer<vtkMRMLSequenceBrowserNode> browse(vtkMRMLSequenceNode* sequence, vtkMRMLSequenceNode* like);
 
-/// A moving scan's frames, rendered on its own lattice: voxels as floats. device: as in Settings. Throws
+/// A moving scan's frames, rendered on its own grid: voxels as floats. device: as in Settings. Throws
 /// Error(Cancelled | Memory), as DeviceChoice does.
 std::vector<vtkSmartPointer<vtkImageData>>
 renderFrames(const DynamicField& field, const std::vector<double>& times, const RenderOptions& options = {},

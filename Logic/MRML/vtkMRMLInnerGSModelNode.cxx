@@ -229,10 +229,9 @@ void vtkMRMLInnerGSModelNode::ApplyTransformMatrix(vtkMatrix4x4* matrix) {
     const auto hardened =
         innergs::mrml::harden(*this->Model->GetCoreModel(), this->Model->GetFeatures().get(), toLPS(matrix));
     if (!hardened.complete && !hardening)
-      throw innergs::Error(
-          innergs::ErrorCode::Geometry,
-          "The transform shears the model's lattice: put it on the node as a parent transform "
-          "instead.");
+      throw innergs::Error(innergs::ErrorCode::Geometry,
+                           "The transform shears the model's grid: put it on the node as a parent transform "
+                           "instead.");
     vtkNew<vtkInnerGSModel> model;
     model->SetCoreModel(hardened.model, hardened.features);
     this->SetModel(model);

@@ -61,7 +61,7 @@ public:
   virtual void GetRASBounds(double bounds[6]);
 
   /// Moves the model itself (except that of a moving scan, which keeps its parent transform): rotates,
-  /// shifts, scales and mirrors it along the axes of its lattices. Refuses to shear them, with an ErrorEvent;
+  /// shifts, scales and mirrors it along the axes of its grids. Refuses to shear them, with an ErrorEvent;
   /// when a parent transform is hardened, a shear stays as a new parent transform, so that nothing moves.
   void ApplyTransformMatrix(vtkMatrix4x4* matrix) override;
   bool CanApplyNonLinearTransforms() const override;

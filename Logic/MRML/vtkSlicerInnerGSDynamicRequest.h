@@ -25,7 +25,7 @@ public:
   vtkTypeMacro(vtkSlicerInnerGSDynamicRequest, vtkObject);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// The moving scan: a sequence of scalar volumes of one lattice, its index the time.
+  /// The moving scan: a sequence of scalar volumes of one grid, its index the time.
   void SetSeries(vtkMRMLSequenceNode* sequence);
   vtkMRMLSequenceNode* GetSeries();
   /// s from one frame to the next, if the index is not a time; 0 (default): from the index.

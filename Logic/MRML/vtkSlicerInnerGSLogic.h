@@ -84,7 +84,7 @@ public:
   /// `output` or a new one; null after an error, also before the first JobPreviewEvent.
   vtkMRMLScalarVolumeNode* PreviewFrame(vtkSlicerInnerGSJob* job, double seconds,
                                         vtkMRMLScalarVolumeNode* output = nullptr);
-  /// The sentence with which it would be refused, judging by lattices, times and types alone; else "".
+  /// The sentence with which it would be refused, judging by grids, times and types alone; else "".
   std::string CheckDynamicRequest(vtkSlicerInnerGSDynamicRequest* request);
   /// Transform nodes of a table of slices (vtkSlicerInnerGSJob::GetSliceTableNode()), one per row, in a
   /// folder beside it: to its parent, RAS mm, from where the scan's header puts the slice to where it lies.

@@ -29,26 +29,26 @@ struct RequestedSegment {
   std::vector<int> classes; // of the model; the segment holds all of them
 };
 
-/// Segments of one lattice, ready to be shown or kept.
+/// Segments of one grid, ready to be shown or kept.
 struct MadeSegments {
-  GridGeometry lattice; // of which each segment is a part
+  GridGeometry grid; // of which each segment is a part
   std::vector<std::pair<SegmentTerms, Segment>> segments;
 };
 
-/// Finds the segments of a model with features by what a person calls them, on one lattice.
+/// Finds the segments of a model with features by what a person calls them, on one grid.
 class SegmentFinder {
 public:
   /// Throws Error(NoData) for a model without features.
   explicit SegmentFinder(SegmentedModel model);
 
-  /// Decodes the features at every voxel of a lattice, once: seconds for a whole volume. Queries after it
-  /// take milliseconds and know which structures the volume does not show. Does nothing if the lattice is the
+  /// Decodes the features at every voxel of a grid, once: seconds for a whole volume. Queries after it
+  /// take milliseconds and know which structures the volume does not show. Does nothing if the grid is the
   /// same as before. Throws Error(Geometry | Memory | Cancelled).
   void encode(const GridGeometry& geometry, const FeatureQueryOptions& options = {});
   /// Null before encode().
   const ClassProbabilities* probabilities() const { return probabilities_ ? &*probabilities_ : nullptr; }
 
-  /// The lattice of the region that was fitted.
+  /// The grid of the region that was fitted.
   const GridGeometry& region() const { return model_.field->region(); }
   /// The name of a candidate's segment.
   const std::string& nameOf(const SegmentCandidate& candidate) const;
@@ -58,7 +58,7 @@ public:
   /// What the answer to a query asks for: the leading candidates as one segment or, where side or number is
   /// open, one each; none where nothing was found.
   std::vector<RequestedSegment> requested(std::string_view query, const SegmentAnswer& answer) const;
-  /// Requested segments on the encoded lattice. Throws Error(InvalidArgument) before encode() and as
+  /// Requested segments on the encoded grid. Throws Error(InvalidArgument) before encode() and as
   /// ClassProbabilities::segment() does.
   MadeSegments make(const std::vector<RequestedSegment>& requested, const SegmentOptions& options = {},
                     const std::stop_token& stop = {}) const;

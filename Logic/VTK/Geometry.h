@@ -25,16 +25,16 @@ inline Affine3 flipped(const Affine3& a) {
 Affine3 affineOf(vtkMatrix4x4* matrix, const std::string& what);
 void toMatrix(const Affine3& map, vtkMatrix4x4* matrix);
 
-/// The LPS lattice of dimensions[3] voxels whose structured coordinates begin at `first`. Throws
+/// The LPS grid of dimensions[3] voxels whose structured coordinates begin at `first`. Throws
 /// Error(Geometry) like affineOf and checkGeometry.
 GridGeometry gridOf(vtkMatrix4x4* ijkToRAS, const int dimensions[3], const int first[3],
                     const std::string& what);
 /// Likewise for an image; ijkToRAS null: from its origin, spacing and direction (RAS).
 GridGeometry gridOf(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const std::string& what);
 
-/// The IJK→RAS matrix of a lattice.
+/// The IJK→RAS matrix of a grid.
 void toMatrix(const GridGeometry& geometry, vtkMatrix4x4* ijkToRAS);
-/// Sets an image's origin, spacing and direction (RAS) to the lattice's; without geometry: to 0, 1, identity.
+/// Sets an image's origin, spacing and direction (RAS) to the grid's; without geometry: to 0, 1, identity.
 void placeImage(vtkImageData* image, const GridGeometry& geometry, bool withGeometry);
 
 /// A grid for the result, stored as given and checked on use.

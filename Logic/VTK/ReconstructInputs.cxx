@@ -55,7 +55,7 @@ std::vector<Affine3> posesOf(vtkDoubleArray* given, std::int64_t slices, const s
   return poses;
 }
 
-/// The block of a lattice that was cropped to `part`.
+/// The block of a grid that was cropped to `part`.
 VoxelBlock blockOf(const GridGeometry& whole, const GridGeometry& part, int sliceAxis) {
   const Vec3 first = inverse(whole.indexToWorld())(part.origin);
   VoxelBlock block{{}, {}, sliceAxis};

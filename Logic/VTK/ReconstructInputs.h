@@ -16,7 +16,7 @@ namespace innergs::vtk {
 struct OutputChoice {
   const ReferenceGrid* reference = nullptr;
   Vec3 spacing{0, 0, 0};           // mm; 0 = the engine's choice
-  std::optional<GridGeometry> box; // a lattice of one voxel (LPS): only its cell is used
+  std::optional<GridGeometry> box; // a grid of one voxel (LPS): only its cell is used
 };
 
 /// The box of bounds (xmin, xmax, ...) in a frame that the matrix maps to RAS (null: RAS itself). Throws

@@ -136,8 +136,8 @@ void vtkInnerGSDynamicReconstruct::RequestData(vtkInformationVector** inputs, vt
     const innergs::GridGeometry grid = innergs::vtk::gridOf(image, this->Work->ijkToRAS, what);
     if (f == 0)
       series.geometry = grid;
-    else if (!innergs::sameLattice(series.geometry, grid))
-      throw Error(ErrorCode::Geometry, what + " lies on another lattice than the first frame: resample all "
+    else if (!innergs::sameGrid(series.geometry, grid))
+      throw Error(ErrorCode::Geometry, what + " lies on another grid than the first frame: resample all "
                                               "frames to one first.");
     series.frames.push_back(innergs::vtk::voxelsOf(image, {{0, 0, 0}, grid.size}, what, stop));
     series.times.push_back(this->GetFrameTime(f));

@@ -14,7 +14,7 @@ struct Settings;
 #endif
 
 /// Fits a continuous volume in space and time to a moving scan. Input: its frames, scalar vtkImageData of one
-/// lattice (AddInputData once per frame, in the order of their times). Output: vtkInnerGSDynamicModel.
+/// grid (AddInputData once per frame, in the order of their times). Output: vtkInnerGSDynamicModel.
 /// Inputs are never modified.
 ///
 /// ProgressEvent: GetProgress(), GetProgressText() and the getters under "State of the fit", on the thread

@@ -47,7 +47,7 @@ public:
   /// the mask's box if there was one; if the region is unlimited, the box of the Gaussians' centres; if
   /// empty, the uninitialised bounds (1, -1, ...).
   void GetBounds(double bounds[6]);
-  /// The lattice of that region, the default for resampling. Returns false, changing nothing, if there is
+  /// The grid of that region, the default for resampling. Returns false, changing nothing, if there is
   /// none.
   bool GetDomain(vtkMatrix4x4* ijkToRAS, int dimensions[3]);
   /// Whether the model was fitted inside a mask; beyond it (plus a margin of one slice) it has no values.

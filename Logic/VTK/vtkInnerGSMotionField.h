@@ -10,7 +10,7 @@ class vtkMatrix4x4;
 /// How a moving scan moves (input: vtkInnerGSDynamicModel): a displacement field (output: vtkImageData of
 /// three floats, mm in RAS, "Displacement"). What lies at voxel centre x at the time From lies at x + d(x) at
 /// the time that the pipeline asks for, else Time; resampling the later volume through the field gives the
-/// one at From. The lattice: a reference grid, or the fitted region's (default). It is an error if the
+/// one at From. The grid: a reference grid, or the fitted region's (default). It is an error if the
 /// Gaussians do not move.
 class VTKINNERGS_EXPORT vtkInnerGSMotionField : public vtkInnerGSAlgorithm {
 public:

@@ -48,7 +48,7 @@ public:
   /// null: from the image). Null image (default): the second output is empty.
   void SetStandardDeviationData(vtkImageData* deviation);
   void SetStandardDeviationIJKToRASMatrix(vtkMatrix4x4* ijkToRAS);
-  /// On the lattice of the first output: scalars "StandardDeviation" (float, scanner units) and point data
+  /// On the grid of the first output: scalars "StandardDeviation" (float, scanner units) and point data
   /// "Measured" (unsigned char): 0 where no slice measured anything, and where the volume has no voxels.
   vtkImageData* GetOutputStandardDeviation();
   ///@}

@@ -29,7 +29,7 @@ struct OutputChoice;
 /// Inputs: port 0, one or several scalar vtkImageData (any numeric type; AddInputData), each with an IJK→RAS
 /// matrix; port 1, no mask image, one for all inputs or one per input. Outputs: port 0, vtkInnerGSModel; port
 /// 1, vtkImageData (float, scanner units); port 2, empty unless EstimateUncertainty is on, vtkImageData on
-/// the same lattice: scalars "StandardDeviation" (float, scanner units) and point data "Measured" (unsigned
+/// the same grid: scalars "StandardDeviation" (float, scanner units) and point data "Measured" (unsigned
 /// char, 0 where no slice measured anything). Inputs are never modified; their relevant voxels are copied
 /// once.
 ///
@@ -76,7 +76,7 @@ public:
   void ClearInputs();
 
   ///@{
-  /// Fits only voxels where the mask is non-zero. It may be on any lattice, with its own IJK→RAS matrix
+  /// Fits only voxels where the mask is non-zero. It may be on any grid, with its own IJK→RAS matrix
   /// (null: from the image). Null image: no mask. AddMaskData(): one mask per input, in their order, each
   /// with the matrix of its index.
   void SetMaskData(vtkImageData* mask);

@@ -7,7 +7,7 @@ class vtkImageData;
 class vtkMatrix4x4;
 
 /// Renders the model (input) on a grid as a vtkImageData (output, float, scanner units). The grid is a
-/// reference grid, the fitted region at OutputSpacing, or that region's own lattice (default).
+/// reference grid, the fitted region at OutputSpacing, or that region's own grid (default).
 class VTKINNERGS_EXPORT vtkInnerGSResample : public vtkInnerGSAlgorithm {
 public:
   static vtkInnerGSResample* New();

@@ -198,25 +198,25 @@ double largeIteration(const Options& o, const Sizes& sizes, std::int64_t& gaussi
 double planeMilliseconds(const Options& o, const Sizes& sizes, const Scene& scene, const Volume& volume) {
   cuda::Field field(executorOf(o), scene.field);
   const GridGeometry& g = volume.geometry;
-  Lattice lattice;
-  lattice.nx = lattice.ny = sizes.plane;
-  lattice.z = {0};
+  SampleGrid grid;
+  grid.nx = grid.ny = sizes.plane;
+  grid.z = {0};
   // Through the middle of the volume, rotated about two axes; the steps make it span the volume.
   const double step = g.spacing[0] * static_cast<double>(g.size[0]) / sizes.plane;
-  lattice.indexToModel.linear = {
+  grid.indexToModel.linear = {
       {{{0.8 * step, -0.36 * step, 0.48}, {0.6 * step, 0.48 * step, -0.64}, {0, 0.8 * step, 0.6}}}};
   const Affine3 toModel = inverse(scene.field.modelToWorld) * g.indexToWorld();
   Vec3 middle;
   for (int a = 0; a < 3; ++a)
     middle[a] = 0.5 * static_cast<double>(g.size[a] - 1);
   middle = toModel(middle);
-  const Vec3 half = lattice.indexToModel({0.5 * sizes.plane, 0.5 * sizes.plane, 0});
+  const Vec3 half = grid.indexToModel({0.5 * sizes.plane, 0.5 * sizes.plane, 0});
   for (int a = 0; a < 3; ++a)
-    lattice.indexToModel.offset[a] = middle[a] - half[a];
+    grid.indexToModel.offset[a] = middle[a] - half[a];
   std::vector<float> out(static_cast<std::size_t>(sizes.plane) * sizes.plane);
   std::vector<double> seconds;
   for (int i = 0; i < 5 + 7 * o.repeats; ++i) {
-    const double s = timed([&] { field.renderLattice(lattice, {}, {}, out.data(), {}); });
+    const double s = timed([&] { field.renderGrid(grid, {}, {}, out.data(), {}); });
     if (i >= 5) seconds.push_back(s);
   }
   const double largest = *std::max_element(out.begin(), out.end());

@@ -52,18 +52,18 @@ void adamStep(benchmark::State& state) {
 
 void projection(benchmark::State& state) {
   ThreadPool pool(1);
-  const Lattice lattice = sceneLattice();
+  const SampleGrid grid = sceneGrid();
   std::vector<Projected> projected;
   for (auto _ : state)
-    project(scene().field, {}, lattice, {}, pool, projected);
+    project(scene().field, {}, grid, {}, pool, projected);
 }
 
 void binning(benchmark::State& state) {
   ThreadPool pool(1);
-  const Lattice lattice = sceneLattice();
-  const LatticeView view{lattice.nx, lattice.ny, lattice.planes(), lattice.stride(), lattice.z.data()};
+  const SampleGrid grid = sceneGrid();
+  const GridView view{grid.nx, grid.ny, grid.planes(), grid.stride(), grid.z.data()};
   std::vector<Projected> projected;
-  project(scene().field, {}, lattice, {}, pool, projected);
+  project(scene().field, {}, grid, {}, pool, projected);
   Tiles tiles(view);
   for (auto _ : state)
     tiles.bin(projected, view, pool);

@@ -10,30 +10,28 @@
 namespace innergs::bench {
 namespace {
 
-/// The scene projected onto its lattice and binned, with work buffers; one thread.
+/// The scene projected onto its grid and binned, with work buffers; one thread.
 struct KernelScene {
-  KernelScene() : pool(1), lattice(sceneLattice()), tiles(view()) {
-    project(scene().field, {}, lattice, {}, pool, projected);
+  KernelScene() : pool(1), grid(sceneGrid()), tiles(view()) {
+    project(scene().field, {}, grid, {}, pool, projected);
     tiles.bin(projected, view(), pool);
-    weights.assign(lattice.bufferSize(), 0.f);
+    weights.assign(grid.bufferSize(), 0.f);
     numerators = weights;
     Random random(1);
-    for (std::size_t row = 0; row < lattice.bufferSize(); row += lattice.stride())
-      for (int x = 0; x < lattice.nx; ++x) {
+    for (std::size_t row = 0; row < grid.bufferSize(); row += grid.stride())
+      for (int x = 0; x < grid.nx; ++x) {
         weights[row + x] = static_cast<float>(random.uniform() - 0.5);
         numerators[row + x] = static_cast<float>(random.uniform() - 0.5);
       }
     pairs = countPairs();
   }
 
-  LatticeView view() const {
-    return {lattice.nx, lattice.ny, lattice.planes(), lattice.stride(), lattice.z.data()};
-  }
+  GridView view() const { return {grid.nx, grid.ny, grid.planes(), grid.stride(), grid.z.data()}; }
 
   /// (Gaussian, voxel) pairs inside the cut-off, by the scalar kernel: with F0 = 1 and unit weights, its
   /// moment n0 is Σ(p − cut), so lowering the cut by 1 adds 1 per voxel.
   double countPairs() const {
-    const std::vector<float> ones(lattice.bufferSize(), 1.f), zeros(lattice.bufferSize(), 0.f);
+    const std::vector<float> ones(grid.bufferSize(), 1.f), zeros(grid.bufferSize(), 0.f);
     const KernelSet& scalar = kernelSet("scalar");
     double total = 0;
     for (Projected g : projected) {
@@ -50,7 +48,7 @@ struct KernelScene {
   }
 
   ThreadPool pool;
-  Lattice lattice;
+  SampleGrid grid;
   Tiles tiles;
   std::vector<Projected> projected;
   std::vector<float> weights, numerators;
@@ -70,13 +68,13 @@ void count(benchmark::State& state, double pairs) {
 
 void accumulate(benchmark::State& state, const KernelSet& kernels) {
   KernelScene& s = kernelScene();
-  const LatticeView lattice = s.view();
+  const GridView grid = s.view();
   std::vector<float> weights(s.weights.size(), 0.f), numerators(weights);
   for (auto _ : state) {
     for (std::int64_t t = 0; t < s.tiles.count(); ++t) {
       const auto members = s.tiles.members(t);
-      kernels.accumulate(s.projected.data(), members.data(), members.size(), lattice,
-                         s.tiles.range(t, lattice), weights.data(), numerators.data());
+      kernels.accumulate(s.projected.data(), members.data(), members.size(), grid, s.tiles.range(t, grid),
+                         weights.data(), numerators.data());
     }
     benchmark::ClobberMemory();
   }
@@ -85,11 +83,11 @@ void accumulate(benchmark::State& state, const KernelSet& kernels) {
 
 void gather(benchmark::State& state, const KernelSet& kernels) {
   KernelScene& s = kernelScene();
-  const LatticeView lattice = s.view();
+  const GridView grid = s.view();
   for (auto _ : state)
     for (const Projected& g : s.projected) {
       math::Moments<float> moments;
-      kernels.gather(g, lattice, s.weights.data(), s.numerators.data(), moments);
+      kernels.gather(g, grid, s.weights.data(), s.numerators.data(), moments);
       benchmark::DoNotOptimize(moments);
     }
   count(state, s.pairs);

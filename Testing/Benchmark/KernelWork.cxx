@@ -25,7 +25,7 @@ struct HeavyKernels::Impl {
   Buffer<math::Moments<float>> moments{executor};
 
   Impl(cuda::Executor& e, const GaussianField& field, const Observation& o)
-      : executor(e), count(field.size()), planes(e, o.lattice, 0, o.lattice.planes()),
+      : executor(e), count(field.size()), planes(e, o.grid, 0, o.grid.planes()),
         bricks(cuda::bricksOf(planes.view())) {}
 };
 
@@ -38,20 +38,20 @@ constexpr double gatherGaussian = 290, gatherPlane = 86, gatherRows = 102, gathe
 } // namespace sass
 
 /// The work of a warp for one Gaussian in Gather.
-void countGather(const Projected& g, const LatticeView& lattice, KernelWork& work) {
+void countGather(const Projected& g, const GridView& grid, KernelWork& work) {
   const int lanes = 1 << cuda::GatherRows::laneBits(g);
   const int step = cuda::kWarp / lanes;
   work.instructions += sass::gatherGaussian;
   int k0, k1;
-  planeRange(g, lattice, k0, k1);
+  planeRange(g, grid, k0, k1);
   for (int k = k0; k < k1; ++k) {
     work.instructions += sass::gatherPlane;
-    const float dz = planeOffset(g, lattice.z[k]);
+    const float dz = planeOffset(g, grid.z[k]);
     int r0, r1;
     if (!rowRange(g, dz, r0, r1)) continue;
     const std::int64_t cell = g.cell[1];
-    const auto y0 = std::clamp<std::int64_t>(cell + r0, 0, lattice.ny),
-               y1 = std::clamp<std::int64_t>(cell + r1, 0, lattice.ny);
+    const auto y0 = std::clamp<std::int64_t>(cell + r0, 0, grid.ny),
+               y1 = std::clamp<std::int64_t>(cell + r1, 0, grid.ny);
     for (std::int64_t from = y0; from < y1; from += step) {
       std::int64_t widest = 0;
       for (std::int64_t y = from; y < std::min(y1, from + step); ++y) {
@@ -59,7 +59,7 @@ void countGather(const Projected& g, const LatticeView& lattice, KernelWork& wor
         float centre, half;
         ellipsoidRow(g, dy, dz, centre, half);
         const auto column = [&](float x) {
-          return std::clamp<std::int64_t>(g.cell[0] + indexLimit(x), 0, lattice.nx);
+          return std::clamp<std::int64_t>(g.cell[0] + indexLimit(x), 0, grid.nx);
         };
         const std::int64_t width = column(std::floor(centre + half) + 1) - column(std::ceil(centre - half));
         widest = std::max(widest, width);
@@ -77,11 +77,11 @@ HeavyKernels::HeavyKernels(cuda::Executor& executor, const GaussianField& field,
     : impl_(std::make_unique<Impl>(executor, field, o)) {
   ThreadPool pool;
   std::vector<Projected> host;
-  project(field, {}, o.lattice, o.psf, pool, host);
-  const Lattice& l = o.lattice;
-  const LatticeView view{l.nx, l.ny, l.planes(), l.stride(), l.z.data()};
+  project(field, {}, o.grid, o.psf, pool, host);
+  const SampleGrid& l = o.grid;
+  const GridView view{l.nx, l.ny, l.planes(), l.stride(), l.z.data()};
   BrickReach bricks = impl_->bricks;
-  bricks.lattice = view; // in host memory
+  bricks.grid = view; // in host memory
   std::vector<std::vector<std::uint32_t>> lists(static_cast<std::size_t>(bricks.count()));
   for (std::size_t i = 0; i < host.size(); ++i) {
     bricks.visit(host[i], [&](std::uint64_t b) { lists[b].push_back(static_cast<std::uint32_t>(i)); });

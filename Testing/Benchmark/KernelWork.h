@@ -5,7 +5,7 @@
 
 namespace innergs::bench {
 
-/// The work of the two heaviest kernels for one field on one lattice, counted on the host.
+/// The work of the two heaviest kernels for one field on one grid, counted on the host.
 struct KernelWork {
   double evaluations = 0;  // points within the ellipsoids, which any method must compute
   double flops = 0;        // minimum for them

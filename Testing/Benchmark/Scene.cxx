@@ -107,8 +107,8 @@ std::string sceneName() {
   return volumeFile.empty() ? "synthetic head" : std::filesystem::path(volumeFile).filename().string();
 }
 
-Lattice sceneLattice() {
-  return latticeOf(scene().stack.image.geometry, scene().field.modelToWorld);
+SampleGrid sceneGrid() {
+  return sampleGridOf(scene().stack.image.geometry, scene().field.modelToWorld);
 }
 
 } // namespace innergs::bench

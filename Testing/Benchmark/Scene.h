@@ -26,7 +26,7 @@ const Scene& alphaScene();
 void setSceneVolume(const std::string& path); // before the first call
 std::string sceneName();
 
-/// The field on the volume's own lattice.
-Lattice sceneLattice();
+/// The field on the volume's own grid.
+SampleGrid sceneGrid();
 
 } // namespace innergs::bench

@@ -123,7 +123,7 @@ std::string speedTable(const Outcome& outcome) {
   table.add({"initialisation with its proxy", volume + ", 74,088 Gaussians, 2 threads",
              fixed(medians.milliseconds("initialisation/threads:2"), 0) + " ms"});
   for (const auto& [name, what] : {std::pair{"adam", "one Adam step"},
-                                   {"projection", "projection onto the lattice"},
+                                   {"projection", "projection onto the grid"},
                                    {"binning", "binning into tiles"}})
     table.add({what, field + ", 1 thread", fixed(medians.milliseconds(name), 2) + " ms"});
   return "Fitted field: 74,088 Gaussians after 40 iterations over " + volume + ".\n\n" + table.text();

@@ -107,8 +107,8 @@ def score(image, truth, body, slices):
     return 10 * np.log10(peak ** 2 * count / squares), ssim / count, count
 
 
-def on_lattice(image, shape, affine, order):
-    """A NIfTI image's values at the voxels of another lattice: cubic B-spline, or nearest with order 0."""
+def on_grid(image, shape, affine, order):
+    """A NIfTI image's values at the voxels of another grid: cubic B-spline, or nearest with order 0."""
     import numpy as np
     from scipy import ndimage
     move = np.linalg.inv(image.affine) @ affine
@@ -139,7 +139,7 @@ def main():
     reported = json.loads(report.read_text())
     volume = nibabel.load(ours)
     shape, affine = volume.shape, volume.affine
-    truth = on_lattice(nibabel.load(o.volume), shape, affine, 0)
+    truth = on_grid(nibabel.load(o.volume), shape, affine, 0)
     body = body_mask(truth)
     slices = [k for k in range(shape[2]) if thick or k % factor]
     psnr, ssim, count = score(volume.get_fdata(), truth, body, slices)
@@ -155,14 +155,14 @@ def main():
     profile = [] if o.estimate_profile else ["--relative-slice-thickness", factor if thick else 1,
                                              "--relative-slice-profile-type", "boxcar"]
     for path in o.result:
-        found = on_lattice(nibabel.load(path), shape, affine, 3)
+        found = on_grid(nibabel.load(path), shape, affine, 3)
         rows.append((f"ECLARE, {path.name}", *score(found, truth, body, slices)[:2], float("nan"), float("nan")))
     for patches in [] if o.result else o.patches:
         folder = o.work / f"patches-{patches}"
         folder.mkdir(exist_ok=True)
         cpu, wall = run([Path(sys.executable).parent / "run-eclare", "--in-fpath", scan, "--out-dir", folder,
                          "--n-patches", patches, *profile], folder / "eclare.log", o.threads)
-        found = on_lattice(nibabel.load(folder / "scan_eclare.nii"), shape, affine, 3)
+        found = on_grid(nibabel.load(folder / "scan_eclare.nii"), shape, affine, 3)
         rows.append((f"ECLARE, {patches:,} patches", *score(found, truth, body, slices)[:2], cpu, wall))
 
     names = ("numpy", "scipy") if o.result else ("torch", "numpy", "scipy")

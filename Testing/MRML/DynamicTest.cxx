@@ -25,7 +25,7 @@
 
 namespace {
 
-/// A scene with a moving scan: a blob on a ground, 1.2 mm along R per frame of 0.25 s, on an oblique lattice.
+/// A scene with a moving scan: a blob on a ground, 1.2 mm along R per frame of 0.25 s, on an oblique grid.
 class DynamicTest : public JobTest {
 protected:
   static constexpr double step = 1.2; // mm per frame
@@ -430,7 +430,7 @@ TEST_F(DynamicTest, WhatIsWrongIsOneSentence) {
   image->AllocateScalars(VTK_SHORT, 1);
   odd->SetAndObserveImageData(image);
   other->SetDataNodeAtValue(odd, "9");
-  EXPECT_NE(refusal(requestFor(other)).find("another lattice"), std::string::npos);
+  EXPECT_NE(refusal(requestFor(other)).find("another grid"), std::string::npos);
   ASSERT_TRUE(logic->Reconstruct(addParameters(addVolume())));
   vtkMRMLInnerGSModelNode* still = logic->GetLastJob()->GetModelNode();
   EXPECT_EQ(logic->CreateFrames(still), nullptr);

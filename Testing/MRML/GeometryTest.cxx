@@ -160,7 +160,7 @@ TEST_F(GeometryTest, HardenedTransformsMoveNothing) {
   sheared->SetMatrix(shear);
   turnedScale->RotateY(30);
   turnedScale->Scale(1, 0.7, 2);
-  turnedScale->RotateWXYZ(-40, 1, 1, 0); // oblique to the lattice, so it shears it
+  turnedScale->RotateWXYZ(-40, 1, 1, 0); // oblique to the grid, so it shears it
   struct Case {
     const char* name;
     vtkTransform* transform;

@@ -36,7 +36,7 @@ protected:
       segments->GetSegment(names[n])->SetName(names[n]);
     }
   }
-  /// Overlap of a segment with a label of the truth, voxel by voxel of the segment's lattice, which is that
+  /// Overlap of a segment with a label of the truth, voxel by voxel of the segment's grid, which is that
   /// of the truth.
   double dice(vtkMRMLSegmentationNode* found, const std::string& name, int label) {
     std::vector<std::string> ids;
@@ -106,7 +106,7 @@ TEST_F(SegmentQueryTest, LearnsAndFindsByWhatTheyAreCalled) {
   EXPECT_GT(dice(found, "kidney_left", 2), 0.85);
   EXPECT_GT(dice(found, "kidney_right", 3), 0.85);
   const double fine = dice(logic->SegmentByText(model, "liver", nullptr, 0, false, 0, 0, 1), "liver", 1);
-  EXPECT_GT(fine, 0); // eight times the voxels: of another lattice
+  EXPECT_GT(fine, 0); // eight times the voxels: of another grid
 }
 
 TEST_F(SegmentQueryTest, SaysWhatIsNotThere) {

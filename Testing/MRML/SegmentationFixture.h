@@ -58,12 +58,12 @@ class SegmentationFixture : public MrmlFixture {
 protected:
   SegmentationFixture();
 
-  /// Balls (centre and radius in mm of the node) with the labels 1, 2, ... on one lattice.
+  /// Balls (centre and radius in mm of the node) with the labels 1, 2, ... on one grid.
   static vtkSmartPointer<vtkOrientedImageData> balls(vtkMatrix4x4* toNode, const int extent[6], int type,
                                                      const std::vector<std::array<double, 4>>& balls);
   void addSegment(const std::string& id, vtkDataObject* data, int label = 1);
   void addSurface(const std::string& id, double r, double radius);
-  /// Two on one lattice, one on a finer, rotated one, one without a voxel, one empty.
+  /// Two on one grid, one on a finer, rotated one, one without a voxel, one empty.
   void addLabelmaps();
 
   WatchedRules rules;

@@ -55,7 +55,7 @@ TEST_F(SegmentationMaskTest, MergesLabelmapsAsSlicerDoes) {
   const GridGeometry whole = innergs::mrml::gridOf(input);
   const GridGeometry part = innergs::cropped(whole, {6, 7, 5}, {9, 10, 11});
   const double shift[3] = {3, -2, 1}, one[3] = {1, 1, 1};
-  for (const bool reference : {false, true}) // which changes the lattice that Slicer merges on
+  for (const bool reference : {false, true}) // which changes the grid that Slicer merges on
     for (const bool moved : {false, true}) {
       SCOPED_TRACE(testing::Message() << "reference " << reference << ", moved " << moved);
       if (reference)
@@ -68,7 +68,7 @@ TEST_F(SegmentationMaskTest, MergesLabelmapsAsSlicerDoes) {
         expectSame(SegmentationMask(node, segment, input, {part}).make({}, unstoppable),
                    slicers(node, segment), part);
       }
-      // Slicer gives up merging if a segment without a voxel is on another lattice.
+      // Slicer gives up merging if a segment without a voxel is on another grid.
       vtkNew<vtkMRMLSegmentationNode> without;
       without->GetSegmentation()->DeepCopy(segments);
       without->GetSegmentation()->RemoveSegment("Blank");

@@ -206,7 +206,7 @@ private Q_SLOTS:
     QCOMPARE(notes["Settings"], report.settings.toStdString());
     const Volume back = readVolume(volumeFile.toStdString());
     QVERIFY(back.voxels == host_->document().volume(report.volumeId)->volume->voxels);
-    QVERIFY(sameLattice(back.geometry, host_->document().volume(report.volumeId)->volume->geometry));
+    QVERIFY(sameGrid(back.geometry, host_->document().volume(report.volumeId)->volume->geometry));
     QString error;
     const QString loaded = host_->loadModel(modelFile, &error);
     QCOMPARE(error, QString());

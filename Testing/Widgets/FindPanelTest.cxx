@@ -165,7 +165,7 @@ private Q_SLOTS:
     const auto diceAt = [&](double time) {
       Labelmap found{series.geometry, std::vector<std::uint16_t>(series.frames[0].size(), 0), {}};
       for (const auto& [terms, segment] : shown.host.shown.segments)
-        forEachVoxel(segment, shown.host.shown.lattice.size,
+        forEachVoxel(segment, shown.host.shown.grid.size,
                      [&](std::size_t voxel, std::size_t part) { found.voxels[voxel] = segment.mask[part]; });
       return testing::dice(found, testing::movingLabels(series.geometry, time), 1);
     };

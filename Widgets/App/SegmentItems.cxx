@@ -9,7 +9,7 @@
 namespace innergs::app {
 namespace {
 
-/// Calls each(voxel of the box, n) for the voxels of the n-th segment; box: a part of the lattice from
+/// Calls each(voxel of the box, n) for the voxels of the n-th segment; box: a part of the grid from
 /// `first` on, of `size` voxels.
 template <class Each>
 void forVoxels(const MadeSegments& made, const std::array<std::int64_t, 3>& first,
@@ -30,7 +30,7 @@ void forVoxels(const MadeSegments& made, const std::array<std::int64_t, 3>& firs
 } // namespace
 
 std::shared_ptr<const SegmentOverlay> overlayOf(const MadeSegments& made) {
-  std::array<std::int64_t, 3> low = made.lattice.size, high{0, 0, 0}, size;
+  std::array<std::int64_t, 3> low = made.grid.size, high{0, 0, 0}, size;
   bool any = false;
   for (const auto& [terms, s] : made.segments)
     for (int a = 0; a < 3 && s.voxels > 0; ++a) {
@@ -51,7 +51,7 @@ std::shared_ptr<const SegmentOverlay> overlayOf(const MadeSegments& made) {
   forVoxels(made, low, size,
             [&](std::int64_t voxel, std::size_t n) { labels[voxel] = static_cast<unsigned short>(n + 1); });
   overlay->ijkToRAS = vtkSmartPointer<vtkMatrix4x4>::New();
-  vtk::toMatrix(cropped(made.lattice, low, size), overlay->ijkToRAS);
+  vtk::toMatrix(cropped(made.grid, low, size), overlay->ijkToRAS);
   for (const auto& [terms, s] : made.segments)
     overlay->colors.push_back(terms.color);
   return overlay;
@@ -66,9 +66,9 @@ QString nameOf(const MadeSegments& made) {
 }
 
 VolumeItem labelmapOf(const MadeSegments& made) {
-  Volume volume{made.lattice, {}};
-  volume.voxels.assign(static_cast<std::size_t>(made.lattice.voxelCount()), 0.f);
-  forVoxels(made, {0, 0, 0}, made.lattice.size, [&](std::int64_t voxel, std::size_t n) {
+  Volume volume{made.grid, {}};
+  volume.voxels.assign(static_cast<std::size_t>(made.grid.voxelCount()), 0.f);
+  forVoxels(made, {0, 0, 0}, made.grid.size, [&](std::int64_t voxel, std::size_t n) {
     volume.voxels[static_cast<std::size_t>(voxel)] = static_cast<float>(n + 1);
   });
   VolumeItem item = makeItem(std::move(volume), nameOf(made));

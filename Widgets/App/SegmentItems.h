@@ -14,7 +14,7 @@ struct SegmentOverlay {
 /// Null where there is no voxel to show.
 std::shared_ptr<const SegmentOverlay> overlayOf(const MadeSegments& made);
 
-/// A labelmap (1, 2, …) of the segments on their whole lattice; its file keeps their names where that can.
+/// A labelmap (1, 2, …) of the segments on their whole grid; its file keeps their names where that can.
 /// For worker threads. Throws Error as makeItem() does.
 VolumeItem labelmapOf(const MadeSegments& made);
 

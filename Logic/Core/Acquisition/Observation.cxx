@@ -18,11 +18,11 @@ void placePlanes(Observation& o, const ProfileQuadrature& quadrature, double sli
       entries.push_back({o.sourceSlice[s] + quadrature.offset[q] / sliceSpacing, s, q});
   std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.z < b.z; });
   o.subPlanes.resize(entries.size());
-  o.lattice.z.clear();
+  o.grid.z.clear();
   for (const Entry& e : entries) {
     o.subPlanes[static_cast<std::size_t>(e.slice) * o.perSlice + e.q] = {
-        static_cast<int>(o.lattice.z.size()), static_cast<float>(quadrature.weight[e.q])};
-    o.lattice.z.push_back(e.z);
+        static_cast<int>(o.grid.z.size()), static_cast<float>(quadrature.weight[e.q])};
+    o.grid.z.push_back(e.z);
   }
 }
 
@@ -43,10 +43,10 @@ Observation observeSlices(const Stack& stack, int first, int last, const Affine3
                           bool smoothAlongNormal) {
   const GridGeometry& g = stack.image.geometry;
   Observation o;
-  o.lattice.indexToModel = worldToModel * pose * g.indexToWorld();
-  o.lattice.nx = static_cast<int>(g.size[0]);
-  o.lattice.ny = static_cast<int>(g.size[1]);
-  const std::size_t nx = g.size[0], ny = g.size[1], stride = o.lattice.stride();
+  o.grid.indexToModel = worldToModel * pose * g.indexToWorld();
+  o.grid.nx = static_cast<int>(g.size[0]);
+  o.grid.ny = static_cast<int>(g.size[1]);
+  const std::size_t nx = g.size[0], ny = g.size[1], stride = o.grid.stride();
   const double inverseScale = 1 / map.scale;
   o.target.reserve(stride * ny * static_cast<std::size_t>(last - first));
   o.weight.reserve(o.target.capacity());
@@ -139,8 +139,8 @@ std::vector<Observation> observe(const Stack& stack, const Affine3& modelToWorld
 }
 
 Observation coarsened(const Observation& fine) {
-  const double pixel = norm(column(fine.lattice.indexToModel.linear, 0));
-  const double slice = norm(column(fine.lattice.indexToModel.linear, 2));
+  const double pixel = norm(column(fine.grid.indexToModel.linear, 0));
+  const double slice = norm(column(fine.grid.indexToModel.linear, 2));
   const bool mergeSlices = fine.perSlice == 1 && fine.slices > 3 && slice < 1.4 * pixel;
   const int fx = 2, fy = 2, fz = mergeSlices ? 2 : 1;
   Observation o;
@@ -149,22 +149,22 @@ Observation coarsened(const Observation& fine) {
   Affine3 index; // coarse index → fine index
   index.linear = diagonal({2, 2, 1});
   index.offset = {0.5, 0.5, 0};
-  o.lattice.indexToModel = fine.lattice.indexToModel * index;
-  o.lattice.nx = (fine.lattice.nx + fx - 1) / fx;
-  o.lattice.ny = (fine.lattice.ny + fy - 1) / fy;
+  o.grid.indexToModel = fine.grid.indexToModel * index;
+  o.grid.nx = (fine.grid.nx + fx - 1) / fx;
+  o.grid.ny = (fine.grid.ny + fy - 1) / fy;
   o.slices = (fine.slices + fz - 1) / fz;
-  o.target.assign(o.lattice.planeSize() * o.slices, 0.f);
+  o.target.assign(o.grid.planeSize() * o.slices, 0.f);
   o.weight.assign(o.target.size(), 0);
-  const int fs = fine.lattice.stride(), cs = o.lattice.stride();
+  const int fs = fine.grid.stride(), cs = o.grid.stride();
   for (int s = 0; s < o.slices; ++s) {
     o.sourceSlice.push_back(fine.sourceSlice[s * fz]);
-    for (int y = 0; y < o.lattice.ny; ++y)
-      for (int x = 0; x < o.lattice.nx; ++x) {
+    for (int y = 0; y < o.grid.ny; ++y)
+      for (int x = 0; x < o.grid.nx; ++x) {
         float sum = 0;
         int n = 0;
         for (int c = s * fz; c < std::min(fine.slices, (s + 1) * fz); ++c)
-          for (int b = y * fy; b < std::min(fine.lattice.ny, (y + 1) * fy); ++b)
-            for (int a = x * fx; a < std::min(fine.lattice.nx, (x + 1) * fx); ++a) {
+          for (int b = y * fy; b < std::min(fine.grid.ny, (y + 1) * fy); ++b)
+            for (int a = x * fx; a < std::min(fine.grid.nx, (x + 1) * fx); ++a) {
               const std::size_t v = c * fine.sliceSize() + static_cast<std::size_t>(b) * fs + a;
               if (!fine.weight[v]) continue;
               sum += fine.target[v];
@@ -180,11 +180,11 @@ Observation coarsened(const Observation& fine) {
   if (mergeSlices) {
     for (int s = 0; s < o.slices; ++s) {
       const int last = std::min(fine.slices, (s + 1) * fz) - 1;
-      o.lattice.z.push_back(0.5 * (fine.lattice.z[s * fz] + fine.lattice.z[last]));
+      o.grid.z.push_back(0.5 * (fine.grid.z[s * fz] + fine.grid.z[last]));
       o.subPlanes.push_back({s, 1.f});
     }
   } else {
-    o.lattice.z = fine.lattice.z;
+    o.grid.z = fine.grid.z;
     o.subPlanes = fine.subPlanes;
   }
   return o;

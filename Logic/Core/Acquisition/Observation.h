@@ -1,6 +1,6 @@
 #pragma once
 #include "Core/Acquisition/ClosedFormPsf.h"
-#include "Core/Acquisition/Lattice.h"
+#include "Core/Acquisition/SampleGrid.h"
 #include "Core/Image/Stack.h"
 
 namespace innergs {
@@ -10,14 +10,14 @@ struct IntensityMap {
   double scale = 1, offset = 0;
 };
 
-/// Samples to fit on one lattice: slices, each seen through one or several sub-planes (a quadrature of the
+/// Samples to fit on one grid: slices, each seen through one or several sub-planes (a quadrature of the
 /// slice profile).
 struct Observation {
   struct SubPlane {
-    int plane;    // of the lattice
+    int plane;    // of the grid
     float weight; // quadrature weight; sums to 1 per slice
   };
-  Lattice lattice;
+  SampleGrid grid;
   ClosedFormPsf psf;
   int slices = 0;
   std::vector<SubPlane> subPlanes; // grouped by slice: subPlanes[s·perSlice + q]
@@ -27,7 +27,7 @@ struct Observation {
   std::vector<std::uint8_t> weight; // the same shape; 0 = not fitted
   std::int64_t samples = 0;         // with weight > 0
 
-  std::size_t sliceSize() const { return lattice.planeSize(); }
+  std::size_t sliceSize() const { return grid.planeSize(); }
 };
 
 /// Quadrature of a slice profile: offsets along the normal (mm) and weights. `resolution`: the finest

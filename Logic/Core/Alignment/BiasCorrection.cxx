@@ -57,10 +57,10 @@ Common look(std::span<const Stack> stacks, std::span<const std::size_t> part, Th
   }
   const ValueRange values = valuesOf(images.front());
   c.peak = static_cast<double>(values.high) - values.low;
-  std::vector<GridGeometry> lattices;
+  std::vector<GridGeometry> grids;
   for (const Stack& stack : stacks)
-    lattices.push_back(stack.image.geometry);
-  const GridGeometry box = latticeAround(lattices, 0.7 * sigma, 0);
+    grids.push_back(stack.image.geometry);
+  const GridGeometry box = gridAround(grids, 0.7 * sigma, 0);
   const std::vector<Vec3> places = spreadPlaces(box, 0.7 * sigma);
   const std::size_t n = part.size();
   std::vector<double> logs(places.size() * n, kNaN);

@@ -51,7 +51,7 @@ BiasField biasFieldOver(const GridGeometry& box, int degree) {
   return biasFieldOver(box, low, high, degree);
 }
 
-BiasField biasFieldOver(const GridGeometry& lattice, const Vec3& low, const Vec3& high, int degree) {
+BiasField biasFieldOver(const GridGeometry& grid, const Vec3& low, const Vec3& high, int degree) {
   BiasField field;
   field.degree = degree;
   Vec3 scale, offset;
@@ -59,7 +59,7 @@ BiasField biasFieldOver(const GridGeometry& lattice, const Vec3& low, const Vec3
     scale[a] = 2 / (high[a] - low[a]);
     offset[a] = -1 - scale[a] * low[a];
   }
-  field.toBox = Affine3{diagonal(scale), offset} * inverse(lattice.indexToWorld());
+  field.toBox = Affine3{diagonal(scale), offset} * inverse(grid.indexToWorld());
   return field;
 }
 

@@ -28,8 +28,8 @@ struct BiasField {
   double logAt(const Vec3& x) const; // x: LPS mm
 };
 
-/// One over a lattice's box, or the part of it between two of its indices, without coefficients.
+/// One over a grid's box, or the part of it between two of its indices, without coefficients.
 BiasField biasFieldOver(const GridGeometry& box, int degree);
-BiasField biasFieldOver(const GridGeometry& lattice, const Vec3& low, const Vec3& high, int degree);
+BiasField biasFieldOver(const GridGeometry& grid, const Vec3& low, const Vec3& high, int degree);
 
 } // namespace innergs

@@ -10,7 +10,7 @@ using Packet = std::vector<PlacedSlice*>;
 std::vector<Packet> packetsOf(std::vector<PlacedSlice>& slices, int count);
 
 /// Gauss-Newton steps of a packet's pose and its slices' gains (kept unless `scales`) towards a volume on the
-/// operator's lattice. sigma: of the differences, for Cauchy's weights. pool: null if packets are registered
+/// operator's grid. sigma: of the differences, for Cauchy's weights. pool: null if packets are registered
 /// in parallel.
 void registerPacket(const Packet& packet, const SliceOperator& op, const std::vector<float>& volume,
                     int steps, double sigma, bool scales, ThreadPool* pool = nullptr);

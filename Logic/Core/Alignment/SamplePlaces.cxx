@@ -11,7 +11,7 @@ namespace innergs {
 
 namespace {
 
-/// The part of a lattice with voxels that are seen; all of it where there are none.
+/// The part of a grid with voxels that are seen; all of it where there are none.
 template <typename Seen>
 GridGeometry boxOf(const GridGeometry& g, const Seen& seen) {
   std::array<std::int64_t, 3> low = g.size, high{-1, -1, -1};
@@ -29,7 +29,7 @@ GridGeometry boxOf(const GridGeometry& g, const Seen& seen) {
 
 } // namespace
 
-GridGeometry latticeAround(std::span<const GridGeometry> boxes, double spacing, double margin) {
+GridGeometry gridAround(std::span<const GridGeometry> boxes, double spacing, double margin) {
   GridGeometry grid;
   grid.direction = boxes.front().direction;
   Bounds bounds; // along its axes

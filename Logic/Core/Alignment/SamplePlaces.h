@@ -3,14 +3,14 @@
 
 namespace innergs {
 
-/// A lattice around all boxes: cubes of `spacing` mm along the first one's axes, with a margin in mm.
-GridGeometry latticeAround(std::span<const GridGeometry> boxes, double spacing, double margin);
+/// A grid around all boxes: cubes of `spacing` mm along the first one's axes, with a margin in mm.
+GridGeometry gridAround(std::span<const GridGeometry> boxes, double spacing, double margin);
 
-/// The part of each stack's lattice with observed voxels; all of it where there are none.
+/// The part of each stack's grid with observed voxels; all of it where there are none.
 std::vector<GridGeometry> observedBoxes(std::span<const Stack> stacks);
 GridGeometry observedBox(const BlurredStack& image);
 
-/// Points spread evenly over a lattice's box, about `distance` mm apart, at most 40,000: Roberts'
+/// Points spread evenly over a grid's box, about `distance` mm apart, at most 40,000: Roberts'
 /// quasi-random sequence in three dimensions. A regular grid would always sample slices at the same fractions
 /// of their distance, and so at another resolution.
 std::vector<Vec3> spreadPlaces(const GridGeometry& box, double distance);

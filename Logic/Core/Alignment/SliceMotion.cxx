@@ -33,12 +33,12 @@ constexpr double kLittle = 0.5;             // weight of slices that are listed
 constexpr std::size_t kMostListed = 10;
 constexpr Level kLevels[] = {{4, 6, 4, 0.1, 8}, {2, 5, 3, 0.1, 8}, {1, 5, 2, 0.24, 8}};
 
-/// The finest spacing of the stacks, or one at which a lattice around these boxes of them is not too large.
+/// The finest spacing of the stacks, or one at which a grid around these boxes of them is not too large.
 double finestSpacing(std::span<const GridGeometry> boxes) {
   double finest = std::numeric_limits<double>::max();
   for (const GridGeometry& box : boxes)
     finest = std::min({finest, box.spacing[0], box.spacing[1]});
-  while (latticeAround(boxes, finest, kMargin).voxelCount() > kMostVoxels)
+  while (gridAround(boxes, finest, kMargin).voxelCount() > kMostVoxels)
     finest *= 1.05;
   return finest;
 }
@@ -263,7 +263,7 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
   }
   const std::vector<GridGeometry> boxes = observedBoxes(stacks);
   const double finest = finestSpacing(boxes);
-  const Vec3 centre = latticeAround(boxes, finest, kMargin).centre();
+  const Vec3 centre = gridAround(boxes, finest, kMargin).centre();
   const ValueRange range = observedRange(stacks);
   const bool scales = !belowZero(range);
   Work work{stacks, {}, static_cast<double>(range.high) - range.low};
@@ -284,7 +284,7 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
   };
   for (const Level& level : kLevels) {
     const double spacing = level.factor * finest;
-    const GridGeometry grid = latticeAround(boxes, spacing, kMargin);
+    const GridGeometry grid = gridAround(boxes, spacing, kMargin);
     const SliceOperator op(grid, pool);
     work.slices.clear();
     for (std::size_t s = 0; s < stacks.size(); ++s) {
@@ -420,7 +420,7 @@ std::vector<SlicePose> placeSlices(const std::function<Volume(const GridGeometry
   const std::span<const GridGeometry> only(&stack.image.geometry, 1);
   const double finest = finestSpacing(only);
   for (const Level& level : kLevels) {
-    const GridGeometry grid = latticeAround(only, level.factor * finest, kMargin);
+    const GridGeometry grid = gridAround(only, level.factor * finest, kMargin);
     const SliceOperator op(grid, pool);
     const std::vector<float> volume = render(grid).voxels;
     std::vector<PlacedSlice> slices =
@@ -448,7 +448,7 @@ std::int64_t sliceMotionMemory(std::span<const Stack> stacks) {
   }
   const std::int64_t volumes =
       static_cast<std::int64_t>(stacks.size()) + 4; // and what conjugate gradients hold
-  return 4 * (volumes * latticeAround(boxes, finestSpacing(boxes), kMargin).voxelCount() + 4 * pixels);
+  return 4 * (volumes * gridAround(boxes, finestSpacing(boxes), kMargin).voxelCount() + 4 * pixels);
 }
 
 void applySliceMotion(const SliceMotion& motion, std::span<Stack> stacks) {

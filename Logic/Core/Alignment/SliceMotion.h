@@ -57,7 +57,7 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
 std::string sliceMotionSentence(const SliceMotion& motion, std::span<const std::string> names);
 
 /// Finds poses and gains of single slices (K) of a stack in a volume that was fitted without them, coarse to
-/// fine. render: the volume on a lattice of cubes, NaN or any value where it shows nothing. scales: also
+/// fine. render: the volume on a grid of cubes, NaN or any value where it shows nothing. scales: also
 /// looks for gains.
 std::vector<SlicePose> placeSlices(const std::function<Volume(const GridGeometry&)>& render,
                                    const Stack& stack, std::span<const std::int64_t> slices, bool scales,

@@ -26,7 +26,7 @@ struct PlacedSlice {
 /// the sub-planes of the profile.
 std::vector<PlacedSlice> placedSlices(const Stack& stack, std::size_t index, int factor, double resolution);
 
-/// What slices see of a volume through their profiles, trilinear on its lattice, and the transpose of that.
+/// What slices see of a volume through their profiles, trilinear on its grid, and the transpose of that.
 class SliceOperator {
 public:
   /// The volume's spacing must be the same along all axes.
@@ -34,7 +34,7 @@ public:
 
   const GridGeometry& grid() const { return grid_; }
 
-  /// [ny][nx]; NaN where the profile leaves the lattice or meets NaN, and where the slice is unobserved.
+  /// [ny][nx]; NaN where the profile leaves the grid or meets NaN, and where the slice is unobserved.
   std::vector<float> project(const std::vector<float>& volume, const PlacedSlice& slice) const;
 
   /// Adds the transpose applied to an image per slice ([ny][nx], 0 where nothing is known). Every voxel sums

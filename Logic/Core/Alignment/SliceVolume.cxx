@@ -32,7 +32,7 @@ void addScaled(std::vector<float>& a, double factor, const std::vector<float>& b
   });
 }
 
-/// out += weight · (the lattice's Laplacian, negative) · volume.
+/// out += weight · (the grid's Laplacian, negative) · volume.
 void addRoughness(const std::vector<float>& volume, const std::array<std::int64_t, 3>& n, float weight,
                   std::vector<float>& out, ThreadPool& pool) {
   const std::int64_t stride[3] = {1, n[0], n[0] * n[1]};

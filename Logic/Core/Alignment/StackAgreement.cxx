@@ -31,7 +31,7 @@ Seen look(std::span<const BlurredStack> images, double distance, ThreadPool& poo
     boxes.push_back(observedBox(image));
     threshold.push_back(bodyThreshold(image));
   }
-  const std::vector<Vec3> places = spreadPlaces(latticeAround(boxes, distance, 0), distance);
+  const std::vector<Vec3> places = spreadPlaces(gridAround(boxes, distance, 0), distance);
   Seen seen{images.size(), places.size(), std::vector<double>(images.size() * places.size(), kNaN)};
   pool.blocks(static_cast<std::int64_t>(places.size()), kBlock, [&](std::int64_t from, std::int64_t to) {
     for (std::int64_t p = from; p < to; ++p)

@@ -4,8 +4,8 @@
 #include "Core/Base/NumberText.h"
 #include "Core/Device/DevicePlugin.h"
 #include "Core/Fit/CpuFitDevice.h"
+#include "Core/Render/GridRenderer.h"
 #include "Core/Render/Kernels.h"
-#include "Core/Render/LatticeRenderer.h"
 #include "Core/Render/Projected.h"
 #include "Core/Render/RenderPoints.h"
 
@@ -40,7 +40,7 @@ struct Probe {
     const Observation& seen = request.observations->front();
     const ProjectionRules rules{static_cast<float>(field.cutoff * field.cutoff), blending, thick,
                                 Selection::Exact, seen.psf};
-    const ProjectionFrame frame = projectionFrame(seen.lattice);
+    const ProjectionFrame frame = projectionFrame(seen.grid);
     for (int n = 0; n < 150; ++n) {
       const auto wave = [&](double rate) { return static_cast<float>(std::sin(rate * (n + 1))); };
       Gaussian g{};
@@ -55,7 +55,7 @@ struct Probe {
       g.intensity = 0.5f + 0.4f * wave(1.7);
       Projected projected;
       projectGaussian(g, nullptr, frame, rules, projected);
-      if (edgeClearance(projected, seen.lattice) > 1e-4f) field.gaussians.push_back(g);
+      if (edgeClearance(projected, seen.grid) > 1e-4f) field.gaussians.push_back(g);
     }
     request.rules.loss = {LossKind::L2, 0.02, 0.2, 0.8};
     request.rules.bounds = {-2, 4};
@@ -242,24 +242,24 @@ void judgeFit(DevicePlugin& plugin, int device, const Probe& probe, Judge& judge
 void judgeRendering(DevicePlugin& plugin, int device, const GaussianField& field, Judge& judge) {
   const std::shared_ptr<FieldDevice> rendering = plugin.makeField(device, field);
   if (!rendering) throw Error(ErrorCode::Internal, "it offers no rendering");
-  Lattice lattice;
-  lattice.indexToModel = {{{{{0.8, 0.3, 0.1}, {-0.3, 0.7, 0.2}, {0.1, -0.3, 0.9}}}}, {4, 6, 0}};
-  lattice.nx = 30;
-  lattice.ny = 17;
-  lattice.z = {0.5, 2};
+  SampleGrid grid;
+  grid.indexToModel = {{{{{0.8, 0.3, 0.1}, {-0.3, 0.7, 0.2}, {0.1, -0.3, 0.9}}}}, {4, 6, 0}};
+  grid.nx = 30;
+  grid.ny = 17;
+  grid.z = {0.5, 2};
   ThreadPool pool(1);
-  LatticeRenderer renderer(lattice, kernelSet("scalar"), pool);
-  std::vector<float> w(lattice.bufferSize()), n(w.size()), expected;
+  GridRenderer renderer(grid, kernelSet("scalar"), pool);
+  std::vector<float> w(grid.bufferSize()), n(w.size()), expected;
   renderer.forward(field, {}, w.data(), n.data());
-  for (int row = 0; row < lattice.ny * lattice.planes(); ++row)
-    for (int x = 0; x < lattice.nx; ++x) {
-      const std::size_t at = static_cast<std::size_t>(row) * lattice.stride() + x;
+  for (int row = 0; row < grid.ny * grid.planes(); ++row)
+    for (int x = 0; x < grid.nx; ++x) {
+      const std::size_t at = static_cast<std::size_t>(row) * grid.stride() + x;
       expected.push_back(field.blending == Blending::Normalised
                              ? n[at] / (w[at] + static_cast<float>(field.epsilon))
                              : n[at]);
     }
   std::vector<float> found(expected.size());
-  rendering->renderLattice(lattice, {}, {}, found.data(), {});
+  rendering->renderGrid(grid, {}, {}, found.data(), {});
   judge.compare("rendering", found, expected);
   std::vector<Vec3> points;
   for (int i = 0; i < 60; ++i)

@@ -59,7 +59,7 @@ static constexpr std::uint32_t pluginLayout() {
   for (std::size_t size :
        {sizeof(void*),         sizeof(std::string), sizeof(std::vector<float>),  sizeof(Gaussian),
         sizeof(GaussianField), sizeof(Adam),        sizeof(GradientAccumulator), sizeof(Observation),
-        sizeof(Lattice),       sizeof(FitRules),    sizeof(IterationOptions),    sizeof(RelocationPlan),
+        sizeof(SampleGrid),    sizeof(FitRules),    sizeof(IterationOptions),    sizeof(RelocationPlan),
         sizeof(DensifyCounts), sizeof(LossSum),     sizeof(FitRequest),          sizeof(FeatureProblem),
         sizeof(FeatureRows),   sizeof(FeatureStep), sizeof(SoftLabel),           sizeof(DeviceInfo),
         sizeof(DeviceList)})

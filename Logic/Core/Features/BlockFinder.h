@@ -8,7 +8,7 @@
 
 namespace innergs {
 
-/// Finds the block that contains a point, from the indices of a lattice; −1 outside.
+/// Finds the block that contains a point, from the indices of a grid; −1 outside.
 class BlockFinder {
 public:
   BlockFinder(const GridGeometry& blocks, const Affine3& indexToWorld)

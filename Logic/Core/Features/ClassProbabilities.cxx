@@ -104,7 +104,7 @@ ClassProbabilities::ClassProbabilities(const GaussianField& field, const Feature
       row = {};
     }
   };
-  decodeLattice(field, features, geometry, options, visit, collect);
+  decodeGrid(field, features, geometry, options, visit, collect);
   for (List& list : lists_) {
     list.voxels.shrink_to_fit();
     list.shares.shrink_to_fit();

@@ -13,17 +13,17 @@ struct SegmentOptions {
   double minimumSize = 0;   // of a connected part, mm³
 };
 
-/// A part of a lattice, and which of its voxels are inside a segment.
+/// A part of a grid, and which of its voxels are inside a segment.
 struct Segment {
-  std::array<std::int64_t, 3> first{0, 0, 0}; // its first voxel on the whole lattice
+  std::array<std::int64_t, 3> first{0, 0, 0}; // its first voxel on the whole grid
   GridGeometry geometry;                      // of the part; no voxel where the segment is nowhere
   std::vector<std::uint8_t> mask;             // 1 inside
   std::vector<float> probability;             // before smoothing; 0 outside the part
   std::int64_t voxels = 0;                    // inside
 };
 
-/// Calls each(voxel of the whole lattice, voxel of the segment's part), both in memory order, for every voxel
-/// of the part; whole: the lattice's size.
+/// Calls each(voxel of the whole grid, voxel of the segment's part), both in memory order, for every voxel
+/// of the part; whole: the grid's size.
 template <class Each>
 void forEachVoxel(const Segment& segment, const std::array<std::int64_t, 3>& whole, Each&& each) {
   const auto& n = segment.geometry.size;
@@ -37,7 +37,7 @@ void forEachVoxel(const Segment& segment, const std::array<std::int64_t, 3>& who
     }
 }
 
-/// The probabilities of a model's classes on a lattice, encoded once: a query then reads only the voxels of
+/// The probabilities of a model's classes on a grid, encoded once: a query then reads only the voxels of
 /// the classes that it asks for.
 class ClassProbabilities {
 public:

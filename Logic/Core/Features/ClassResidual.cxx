@@ -21,8 +21,8 @@ void checkResidual(const ClassResidual& r, int classes) {
     if (!r.entries.empty()) fail("its lists differ in size from what they say.");
     return;
   }
-  checkGeometry(r.lattice, "The lattice of the features' residual");
-  if (r.lattice.voxelCount() > std::int64_t{0xffffffff} || r.voxels.back() >= r.lattice.voxelCount() ||
+  checkGeometry(r.grid, "The grid of the features' residual");
+  if (r.grid.voxelCount() > std::int64_t{0xffffffff} || r.voxels.back() >= r.grid.voxelCount() ||
       std::adjacent_find(r.voxels.begin(), r.voxels.end(), std::greater_equal<>()) != r.voxels.end())
     fail("its voxels do not ascend.");
   if (!std::is_sorted(r.ends.begin(), r.ends.end()) || r.ends.back() != r.entries.size())
@@ -34,8 +34,8 @@ void checkResidual(const ClassResidual& r, int classes) {
 ClassResidualSampler::ClassResidualSampler(const ClassResidual& residual, const Affine3& indexToWorld)
     : residual_(residual) {
   if (residual.empty()) return;
-  map_ = inverse(residual.lattice.indexToWorld()) * indexToWorld;
-  has_.assign(static_cast<std::size_t>((residual.lattice.voxelCount() + 63) / 64), 0);
+  map_ = inverse(residual.grid.indexToWorld()) * indexToWorld;
+  has_.assign(static_cast<std::size_t>((residual.grid.voxelCount() + 63) / 64), 0);
   for (const std::uint32_t v : residual.voxels)
     has_[v / 64] |= std::uint64_t{1} << (v % 64);
   before_.reserve(has_.size());
@@ -50,7 +50,7 @@ void ClassResidualSampler::add(const Vec3& index, std::span<const std::uint16_t>
                                float* probabilities) const {
   if (has_.empty()) return;
   const Vec3 x = map_(index);
-  const auto& n = residual_.lattice.size;
+  const auto& n = residual_.grid.size;
   std::int64_t low[3], high[3];
   float part[3];
   for (int a = 0; a < 3; ++a) {

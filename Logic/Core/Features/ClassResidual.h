@@ -9,7 +9,7 @@
 namespace innergs {
 
 /// What rendered features miss of the labels that they were learned from: the share of a class in a voxel of
-/// the labels' lattice minus its decoded probability, as a field's residual grid is what the Gaussians miss
+/// the labels' grid minus its decoded probability, as a field's residual grid is what the Gaussians miss
 /// of the data. Between voxels it is interpolated linearly and added to the probabilities.
 struct ClassResidual {
   struct Entry { // as it is packed: the class in the lower 16 bits, the share × kOne above
@@ -18,7 +18,7 @@ struct ClassResidual {
   };
   static constexpr float kOne = 32767;
 
-  GridGeometry lattice;               // LPS mm
+  GridGeometry grid;                  // LPS mm
   std::vector<std::uint32_t> voxels;  // that have a residual, ascending, in memory order of Volume
   std::vector<std::uint32_t> ends;    // per such voxel: past its last entry
   std::vector<std::uint32_t> entries; // packed
@@ -34,19 +34,19 @@ struct ClassResidual {
 /// Throws Error(FileFormat) for a residual that cannot be evaluated.
 void checkResidual(const ClassResidual& residual, int classes);
 
-/// A residual at continuous indices of another lattice.
+/// A residual at continuous indices of another grid.
 class ClassResidualSampler {
 public:
   ClassResidualSampler(const ClassResidual& residual, const Affine3& indexToWorld);
 
-  /// Adds the residual at an index of that lattice to the probabilities of some classes, which stay
-  /// probabilities; outside the residual's lattice nothing changes.
+  /// Adds the residual at an index of that grid to the probabilities of some classes, which stay
+  /// probabilities; outside the residual's grid nothing changes.
   void add(const Vec3& index, std::span<const std::uint16_t> classes, float* probabilities) const;
 
 private:
   const ClassResidual& residual_;
   Affine3 map_;
-  std::vector<std::uint64_t> has_;    // a bit per voxel of the lattice
+  std::vector<std::uint64_t> has_;    // a bit per voxel of the grid
   std::vector<std::uint32_t> before_; // voxels with a residual before each word of them
 };
 

@@ -171,7 +171,7 @@ void solveLatents(const FeatureRows& rows, const std::vector<float>& targets,
 class Refinement {
 public:
   Refinement(const FeatureRows& rows, const std::vector<SoftLabel>& meant,
-             const std::vector<std::uint8_t>& known, const GridGeometry& lattice, FeatureModel& model,
+             const std::vector<std::uint8_t>& known, const GridGeometry& grid, FeatureModel& model,
              const NetworkKernels& kernels, ThreadPool& pool)
       : rows_(rows), meant_(meant), lists_(model.support), model_(model), kernels_(kernels), pool_(pool),
         mixed_(static_cast<std::size_t>(rows.columns()), 0) {
@@ -187,8 +187,8 @@ public:
         });
       }
     });
-    const BlockFinder blockOf(model.support.blocks, lattice.indexToWorld());
-    const std::int64_t nx = lattice.size[0], ny = lattice.size[1];
+    const BlockFinder blockOf(model.support.blocks, grid.indexToWorld());
+    const std::int64_t nx = grid.size[0], ny = grid.size[1];
     positionOf_.assign(static_cast<std::size_t>(count), -1);
     for (std::int64_t row = 0; row < count; ++row) {
       bool any = false;
@@ -355,7 +355,7 @@ FeatureModel trainEmbeddings(const GaussianField& field, const EmbeddingVolume& 
   const std::int64_t voxels = volume.geometry.voxelCount();
   for (const auto& channel : volume.channels)
     if (static_cast<std::int64_t>(channel.size()) != voxels)
-      throw Error(ErrorCode::InvalidArgument, "The feature volume's voxels do not match its lattice.");
+      throw Error(ErrorCode::InvalidArgument, "The feature volume's voxels do not match its grid.");
   if (training.channels != 16 && training.channels != 32)
     throw Error(ErrorCode::InvalidArgument, "A latent of embeddings has 16 or 32 channels.");
   ThreadPool pool(training.threads);
@@ -421,7 +421,7 @@ FeatureModel trainEmbeddings(const GaussianField& field, const EmbeddingVolume& 
       trainAutoencoder(samples, size, plan, kernels, pool, [&](double f) { report(0.05 + 0.55 * f); });
   model.decoder = autoencoder.decoder;
 
-  const FeatureRenderer renderer(field, latticeOf(volume.geometry, field.modelToWorld), pool);
+  const FeatureRenderer renderer(field, sampleGridOf(volume.geometry, field.modelToWorld), pool);
   const FeatureRows rows = rowsOf(
       renderer, std::vector<std::uint8_t>(static_cast<std::size_t>(field.size()), 1), voxels, field, pool);
   report(0.65);

@@ -38,7 +38,7 @@ void checkFeatures(const FeatureModel& f, const GaussianField& field) {
       !bounded(f.scale.knots) || !bounded({f.scale.low}) ||
       (!f.scale.knots.empty() && f.scale.low > f.scale.knots.front()))
     fail("their intensity scale does not ascend.");
-  checkGeometry(f.support.blocks, "The features' lattice of blocks");
+  checkGeometry(f.support.blocks, "The features' grid of blocks");
   if (f.support.words != (f.classes() + 31) / 32 ||
       static_cast<std::int64_t>(f.support.bits.size()) != f.support.blocks.voxelCount() * f.support.words)
     fail("their class support differs in size from what it says.");

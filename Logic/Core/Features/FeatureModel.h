@@ -13,7 +13,7 @@
 
 namespace innergs {
 
-/// Which classes occur where: a set of classes per block of a coarse lattice. Only those are decoded there.
+/// Which classes occur where: a set of classes per block of a coarse grid. Only those are decoded there.
 struct ClassSupport {
   GridGeometry blocks;             // LPS mm; one voxel is one block
   int words = 0;                   // of 32 bits per block

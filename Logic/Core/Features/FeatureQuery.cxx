@@ -69,7 +69,7 @@ private:
   std::vector<float> texts_; // [number][class]
 };
 
-/// Calls each(first plane, past the last plane) for chunks of a lattice.
+/// Calls each(first plane, past the last plane) for chunks of a grid.
 template <class Each>
 void forChunks(const GridGeometry& geometry, Each&& each) {
   const std::int64_t plane = geometry.size[0] * geometry.size[1];
@@ -88,15 +88,15 @@ std::vector<float> renderFeatures(const GaussianField& field, const FeatureModel
   const std::int64_t plane = geometry.size[0] * geometry.size[1];
   std::vector<float> latents(static_cast<std::size_t>(geometry.voxelCount() * features.channels));
   forChunks(geometry, [&](std::int64_t first, std::int64_t last) {
-    FeatureRenderer(field, latticeOf(geometry, field.modelToWorld, first, last), pool)
+    FeatureRenderer(field, sampleGridOf(geometry, field.modelToWorld, first, last), pool)
         .render(features.latents, features.channels, latents.data() + first * plane * features.channels);
   });
   return latents;
 }
 
-void decodeLattice(const GaussianField& field, const FeatureModel& features, const GridGeometry& geometry,
-                   const FeatureQueryOptions& options, const DecodedVisit& visit,
-                   const std::function<void(std::int64_t, std::int64_t)>& chunkDone) {
+void decodeGrid(const GaussianField& field, const FeatureModel& features, const GridGeometry& geometry,
+                const FeatureQueryOptions& options, const DecodedVisit& visit,
+                const std::function<void(std::int64_t, std::int64_t)>& chunkDone) {
   checkGeometry(geometry, "The output grid");
   ThreadPool pool(options.threads);
   pool.setStop(options.stop);
@@ -151,7 +151,7 @@ void decodeLattice(const GaussianField& field, const FeatureModel& features, con
     Volume intensity; // that the classes' codes depend on
     if (!embeddings) intensity = innergs::render(field, own, render);
     latents.resize(static_cast<std::size_t>(nx * ny * (last - first) * features.channels));
-    FeatureRenderer(field, latticeOf(geometry, field.modelToWorld, first, last), pool)
+    FeatureRenderer(field, sampleGridOf(geometry, field.modelToWorld, first, last), pool)
         .render(features.latents, features.channels, latents.data(), parts);
     withChannels(features.channels, [&]<int N>() {
       pool.run(rows, [&](std::int64_t row) {
@@ -186,13 +186,13 @@ ClassImage classify(const GaussianField& field, const FeatureModel& features, co
   checkGeometry(geometry, "The output grid");
   ClassImage image{geometry, {}};
   image.classes.assign(static_cast<std::size_t>(geometry.voxelCount()), 0);
-  decodeLattice(field, features, geometry, options,
-                [&](std::int64_t voxel, std::span<const std::uint16_t> classes, const float* probabilities) {
-                  const auto* best = std::max_element(
-                      probabilities, probabilities + static_cast<std::ptrdiff_t>(classes.size()));
-                  image.classes[static_cast<std::size_t>(voxel)] =
-                      classes[static_cast<std::size_t>(best - probabilities)];
-                });
+  decodeGrid(field, features, geometry, options,
+             [&](std::int64_t voxel, std::span<const std::uint16_t> classes, const float* probabilities) {
+               const auto* best = std::max_element(
+                   probabilities, probabilities + static_cast<std::ptrdiff_t>(classes.size()));
+               image.classes[static_cast<std::size_t>(voxel)] =
+                   classes[static_cast<std::size_t>(best - probabilities)];
+             });
   return image;
 }
 

@@ -6,23 +6,23 @@
 
 namespace innergs {
 
-FeatureRenderer::FeatureRenderer(const GaussianField& field, Lattice lattice, ThreadPool& pool)
-    : lattice_(std::move(lattice)), pool_(pool), epsilon_(static_cast<float>(field.epsilon)) {
-  project(field, {}, lattice_, {}, pool_, projected_);
+FeatureRenderer::FeatureRenderer(const GaussianField& field, SampleGrid grid, ThreadPool& pool)
+    : grid_(std::move(grid)), pool_(pool), epsilon_(static_cast<float>(field.epsilon)) {
+  project(field, {}, grid_, {}, pool_, projected_);
 }
 
 void FeatureRenderer::render(std::span<const float> latents, int channels, float* out,
                              std::span<const RowPart> parts) {
-  const LatticeView lattice = view();
-  Tiles tiles(lattice);
-  tiles.bin(projected_, lattice, pool_);
-  const std::int64_t nx = lattice.nx, ny = lattice.ny;
+  const GridView grid = view();
+  Tiles tiles(grid);
+  tiles.bin(projected_, grid, pool_);
+  const std::int64_t nx = grid.nx, ny = grid.ny;
   const auto partOf = [&](std::int64_t k, std::int64_t y) {
-    return parts.empty() ? RowPart{0, lattice.nx} : parts[static_cast<std::size_t>(y + ny * k)];
+    return parts.empty() ? RowPart{0, grid.nx} : parts[static_cast<std::size_t>(y + ny * k)];
   };
   withChannels(channels, [&]<int N>() {
     pool_.run(tiles.count(), [&](std::int64_t t) {
-      const TileRange range = tiles.range(t, lattice);
+      const TileRange range = tiles.range(t, grid);
       const std::int64_t rows = range.y1 - range.y0;
       std::vector<float> weights(static_cast<std::size_t>(nx * rows * (range.k1 - range.k0)), 0.f);
       const auto weightsOf = [&](std::int64_t k, std::int64_t y) {

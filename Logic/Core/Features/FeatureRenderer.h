@@ -12,12 +12,12 @@ struct RowPart {
   int first = 0, last = 0;
 };
 
-/// The Gaussians of a field on one lattice, with the contribution of each to every voxel.
+/// The Gaussians of a field on one grid, with the contribution of each to every voxel.
 class FeatureRenderer {
 public:
-  FeatureRenderer(const GaussianField& field, Lattice lattice, ThreadPool& pool);
+  FeatureRenderer(const GaussianField& field, SampleGrid grid, ThreadPool& pool);
 
-  const Lattice& lattice() const { return lattice_; }
+  const SampleGrid& grid() const { return grid_; }
 
   /// F = Σ w p f / (Σ w p + ε), normalised whatever the field's blending; latents: [Gaussian][channel], out:
   /// [plane][row][column][channel]. parts: the voxels wanted in each row, [plane][row]; others are undefined.
@@ -28,18 +28,16 @@ public:
   /// nx×ny×planes.
   template <class Visit>
   void forEachVoxel(std::int64_t gaussian, Visit&& visit) const {
-    visitTile(gaussian, {0, lattice_.ny, 0, lattice_.planes()}, visit);
+    visitTile(gaussian, {0, grid_.ny, 0, grid_.planes()}, visit);
   }
 
 private:
-  LatticeView view() const {
-    return {lattice_.nx, lattice_.ny, lattice_.planes(), lattice_.stride(), lattice_.z.data()};
-  }
+  GridView view() const { return {grid_.nx, grid_.ny, grid_.planes(), grid_.stride(), grid_.z.data()}; }
   template <class Visit>
   void visitTile(std::int64_t gaussian, const TileRange& tile, Visit&& visit) const {
     forEachRow(gaussian, tile, [&](int k, int y, int x0, int x1) {
       const std::int64_t row =
-          static_cast<std::int64_t>(lattice_.nx) * (y + static_cast<std::int64_t>(lattice_.ny) * k);
+          static_cast<std::int64_t>(grid_.nx) * (y + static_cast<std::int64_t>(grid_.ny) * k);
       forRow(gaussian, k, y, x0, x1, [&](int x, float p) { visit(x + row, p); });
     });
   }
@@ -54,12 +52,12 @@ private:
     const Projected& g = projected_[static_cast<std::size_t>(gaussian)];
     Contribution c;
     for (int x = x0; x < x1; ++x) {
-      const double index[3] = {static_cast<double>(x), static_cast<double>(y), lattice_.z[k]};
+      const double index[3] = {static_cast<double>(x), static_cast<double>(y), grid_.z[k]};
       if (contributionAt(g, index, c)) visit(x, c.p);
     }
   }
 
-  Lattice lattice_;
+  SampleGrid grid_;
   ThreadPool& pool_;
   float epsilon_;
   std::vector<Projected> projected_;

@@ -31,7 +31,7 @@ FeatureRows rowsOf(const FeatureRenderer& renderer, const std::vector<std::uint8
   std::uint64_t pick = 0;
   for (std::int64_t v = 0; v < voxelCount; ++v) {
     if (!reached[v].load(std::memory_order_relaxed)) continue;
-    // By a hash: an even step would pick the same columns of the lattice again and again.
+    // By a hash: an even step would pick the same columns of the grid again and again.
     pick += 0x9e3779b97f4a7c15ull;
     if (every > 1 &&
         ((pick ^ (pick >> 29)) * 0xbf58476d1ce4e5b9ull >> 33) % static_cast<std::uint64_t>(every) != 0)

@@ -93,7 +93,7 @@ public:
     pool_.throwIfStopped();
     model_.codes = spreadCodes(model_.support, model_.classes(), model_.channels, training_.seed);
     pool_.throwIfStopped();
-    const FeatureRenderer renderer(field_, latticeOf(classes.geometry, field_.modelToWorld), pool_);
+    const FeatureRenderer renderer(field_, sampleGridOf(classes.geometry, field_.modelToWorld), pool_);
     const bool complete = std::count(classes.labelled.begin(), classes.labelled.end(), 0) == 0;
     const int iterations = training_.iterations > 0 ? training_.iterations
                            : complete               ? kCompleteIterations
@@ -277,7 +277,7 @@ FeatureModel trainFeatures(const GaussianField& field, const Labelmap& labels,
   if (static_cast<std::int64_t>(labels.voxels.size()) != labels.geometry.voxelCount() ||
       (!labels.labelled.empty() &&
        static_cast<std::int64_t>(labels.labelled.size()) != labels.geometry.size[2]))
-    throw Error(ErrorCode::InvalidArgument, "The labelmap's voxels or slices do not match its lattice.");
+    throw Error(ErrorCode::InvalidArgument, "The labelmap's voxels or slices do not match its grid.");
   if (training.channels != 8 && training.channels != 16 && training.channels != 32)
     throw Error(ErrorCode::InvalidArgument, "A latent has 8, 16 or 32 channels.");
   if (training.iterations < 0 || training.iterations > 100000)

@@ -33,7 +33,7 @@ struct FeatureTraining {
 };
 
 /// Learns latents for the Gaussians of a field, whose geometry stays as it is, from a labelmap on any
-/// lattice: runs completeLabels() on the field's own intensities, minimises the cross-entropy of the decoded
+/// grid: runs completeLabels() on the field's own intensities, minimises the cross-entropy of the decoded
 /// latents by Adam, and keeps what they still miss of the labelled slices as a residual. Labels without a
 /// name are called "Segment 3"; named ones without a voxel become no class. Bit-identical at any number of
 /// threads; a device, which may fail, gives other last bits. Throws Error(NoData) without a label inside the

@@ -18,7 +18,7 @@ struct SoftLabel {
 /// The labels of every voxel of a labelmap of classes 0 to classes − 1. Unlabelled slices follow the image: a
 /// bilateral regression from the labelled slices on either side (Tomasi & Manduchi 1998) is the prior of a
 /// random walker (Grady 2005) whose steps avoid edges of the image. `ranks`: the image on the labelmap's
-/// lattice, mapped by an IntensityScale. progress: fraction done. Throws Error(Cancelled).
+/// grid, mapped by an IntensityScale. progress: fraction done. Throws Error(Cancelled).
 std::vector<SoftLabel> completeLabels(const Labelmap& labels, int classes, std::span<const float> ranks,
                                       ThreadPool& pool, const std::function<void(double)>& progress = {});
 

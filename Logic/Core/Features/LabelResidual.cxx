@@ -19,11 +19,11 @@ struct Found {
 ClassResidual residualOf(const GaussianField& field, const FeatureModel& features, const Labelmap& classes,
                          const FeatureQueryOptions& options) {
   ClassResidual residual;
-  const GridGeometry& lattice = classes.geometry;
-  if (lattice.voxelCount() > std::int64_t{0xffffffff}) return residual;
-  residual.lattice = lattice;
-  const std::int64_t nx = lattice.size[0], ny = lattice.size[1];
-  std::vector<std::vector<Found>> rows(static_cast<std::size_t>(lattice.voxelCount() / nx));
+  const GridGeometry& grid = classes.geometry;
+  if (grid.voxelCount() > std::int64_t{0xffffffff}) return residual;
+  residual.grid = grid;
+  const std::int64_t nx = grid.size[0], ny = grid.size[1];
+  std::vector<std::vector<Found>> rows(static_cast<std::size_t>(grid.voxelCount() / nx));
   const auto visit = [&](std::int64_t voxel, std::span<const std::uint16_t> decoded, const float* p) {
     if (!classes.isLabelled(voxel / (nx * ny))) return;
     const std::uint16_t label = classes.voxels[static_cast<std::size_t>(voxel)];
@@ -50,7 +50,7 @@ ClassResidual residualOf(const GaussianField& field, const FeatureModel& feature
       rows[static_cast<std::size_t>(r)] = {};
     }
   };
-  decodeLattice(field, features, lattice, options, visit, collect);
+  decodeGrid(field, features, grid, options, visit, collect);
   return residual;
 }
 

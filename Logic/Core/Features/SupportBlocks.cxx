@@ -11,13 +11,12 @@ constexpr float kLeastShare = 0.02f; // of a class in a voxel to be decoded ther
 
 } // namespace
 
-ClassSupport supportOf(const GridGeometry& lattice, const std::vector<SoftLabel>& labels, int classes,
+ClassSupport supportOf(const GridGeometry& grid, const std::vector<SoftLabel>& labels, int classes,
                        ThreadPool& pool) {
   ClassSupport support;
-  const auto& n = lattice.size;
-  support.blocks = lattice;
-  support.blocks.origin =
-      lattice.indexToWorld()(Vec3{(kEdge - 1) / 2.0, (kEdge - 1) / 2.0, (kEdge - 1) / 2.0});
+  const auto& n = grid.size;
+  support.blocks = grid;
+  support.blocks.origin = grid.indexToWorld()(Vec3{(kEdge - 1) / 2.0, (kEdge - 1) / 2.0, (kEdge - 1) / 2.0});
   for (int a = 0; a < 3; ++a) {
     support.blocks.size[a] = (n[a] + kEdge - 1) / kEdge;
     support.blocks.spacing[a] *= kEdge;

@@ -7,8 +7,8 @@ namespace innergs {
 namespace {
 
 bool rendersAlike(const Observation& a, const Observation& b) {
-  return a.lattice.indexToModel == b.lattice.indexToModel && a.lattice.nx == b.lattice.nx &&
-         a.lattice.ny == b.lattice.ny && a.lattice.z == b.lattice.z && a.psf.active == b.psf.active &&
+  return a.grid.indexToModel == b.grid.indexToModel && a.grid.nx == b.grid.nx && a.grid.ny == b.grid.ny &&
+         a.grid.z == b.grid.z && a.psf.active == b.psf.active &&
          std::equal(std::begin(a.psf.covariance), std::end(a.psf.covariance), b.psf.covariance);
 }
 
@@ -23,7 +23,7 @@ CpuFitDevice::CpuFitDevice(const FitRequest& request, const KernelSet& kernels, 
   for (const Observation& o : halves_)
     addView(o, coarse_);
   for (const Observation& o : *observations_) {
-    buffer = std::max(buffer, o.lattice.bufferSize());
+    buffer = std::max(buffer, o.grid.bufferSize());
     addView(o, fine_);
   }
   weights_.resize(buffer);
@@ -36,7 +36,7 @@ void CpuFitDevice::addView(const Observation& o, std::vector<View>& views) const
   if (!views.empty() && rendersAlike(*views.back().observation, o))
     views.push_back({&o, views.back().renderer});
   else
-    views.push_back({&o, std::make_shared<LatticeRenderer>(o.lattice, kernels_, pool_, o.psf, scratch_)});
+    views.push_back({&o, std::make_shared<GridRenderer>(o.grid, kernels_, pool_, o.psf, scratch_)});
 }
 
 /// The loss of a view; adds its gradient if that is not empty.

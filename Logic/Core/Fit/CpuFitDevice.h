@@ -1,6 +1,6 @@
 #pragma once
 #include "Core/Fit/FitDevice.h"
-#include "Core/Render/LatticeRenderer.h"
+#include "Core/Render/GridRenderer.h"
 
 namespace innergs {
 
@@ -24,7 +24,7 @@ public:
 private:
   struct View {
     const Observation* observation;
-    std::shared_ptr<LatticeRenderer> renderer; // shared by views of one lattice
+    std::shared_ptr<GridRenderer> renderer; // shared by views of one grid
   };
   void addView(const Observation& observation, std::vector<View>& views) const;
   LossSum addLoss(View& view, const GaussianField& field, std::span<float> gradient);
@@ -32,7 +32,7 @@ private:
   FitRules rules_;
   const KernelSet& kernels_;
   ThreadPool& pool_;
-  const LatticeRenderer::Scratch scratch_ = std::make_shared<std::vector<Projected>>();
+  const GridRenderer::Scratch scratch_ = std::make_shared<std::vector<Projected>>();
   std::shared_ptr<const std::vector<Observation>> observations_;
   std::vector<Observation> halves_;
   std::vector<View> fine_, coarse_;

@@ -21,11 +21,11 @@ LossSum lossPass(const Observation& o, const GaussianField& field, const LossKin
     const float* target = o.target.data() + s * n;
     const std::uint8_t* observed = o.weight.data() + s * n;
     LossSum sum;
-    for (int y = 0; y < o.lattice.ny; ++y) {
-      const std::size_t row = static_cast<std::size_t>(y) * o.lattice.stride();
+    for (int y = 0; y < o.grid.ny; ++y) {
+      const std::size_t row = static_cast<std::size_t>(y) * o.grid.stride();
       float loss = 0, squared = 0;
       int count = 0;
-      for (std::size_t i = row; i < row + o.lattice.stride(); ++i) {
+      for (std::size_t i = row; i < row + o.grid.stride(); ++i) {
         const float mask = observed[i] ? 1.f : 0.f, e = mask * (image[i] - target[i]);
         loss += pointLoss(kinds.kind, delta, e, r[i]);
         r[i] *= pointWeight;
@@ -37,7 +37,7 @@ LossSum lossPass(const Observation& o, const GaussianField& field, const LossKin
       sum.samples += count;
     }
     if (kinds.ssimWeight > 0)
-      sum.loss += addSsimLoss(image.data(), target, observed, o.lattice.nx, o.lattice.ny, o.lattice.stride(),
+      sum.loss += addSsimLoss(image.data(), target, observed, o.grid.nx, o.grid.ny, o.grid.stride(),
                               kinds.ssimWeight, r.data());
     for (int q = 0; q < o.perSlice; ++q) {
       const auto [plane, share] = o.subPlanes[static_cast<std::size_t>(s) * o.perSlice + q];

@@ -30,7 +30,7 @@ bool predicts(const Settings& settings, const DataTraits& traits);
 bool addsResidual(const Settings& settings, const DataTraits& traits);
 /// The largest noise (standard deviation) of the stacks, in units of the map.
 double noiseOf(std::span<const Stack> stacks, const IntensityMap& map);
-/// The traits that the lattices alone determine: voxel, gap, thickness, stacks, volume (as if all were
+/// The traits that the grids alone determine: voxel, gap, thickness, stacks, volume (as if all were
 /// observed), posed, cubes; and a typical noise.
 DataTraits geometryTraits(std::span<const Stack> stacks);
 /// These traits where the slices will be found to have moved; with a typical disagreement.

@@ -187,7 +187,7 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
       }
     }
   });
-  // A mask of one or two voxels may fall between the points of the lattice; those beside it then stand for
+  // A mask of one or two voxels may fall between the points of the grid; those beside it then stand for
   // it.
   constexpr auto within = static_cast<std::uint8_t>(Seen::Within);
   const bool any = std::find(proxy.covered.begin(), proxy.covered.end(), within) != proxy.covered.end();

@@ -4,7 +4,7 @@
 
 namespace innergs {
 
-/// A first guess of the volume (normalised intensities) on an isotropic lattice in the model frame: the mean
+/// A first guess of the volume (normalised intensities) on an isotropic grid in the model frame: the mean
 /// of the trilinearly interpolated stacks. `covered` is 1 in the observed voxels of any stack.
 struct ProxyVolume {
   GridGeometry geometry; // in model coordinates (direction = identity)

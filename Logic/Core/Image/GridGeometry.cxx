@@ -96,7 +96,7 @@ GridGeometry cropped(const GridGeometry& geometry, const std::array<std::int64_t
   return result;
 }
 
-bool sameLattice(const GridGeometry& a, const GridGeometry& b, double tolerance) {
+bool sameGrid(const GridGeometry& a, const GridGeometry& b, double tolerance) {
   if (a.size != b.size) return false;
   const Affine3 worldOfA = a.indexToWorld(), worldOfB = b.indexToWorld();
   for (int corner = 0; corner < 8; ++corner) {

@@ -36,7 +36,7 @@ Corners cornersOf(const GridGeometry& box, double margin) {
   return grown(box, margin).corners();
 }
 
-// The voxels whose cells touch the box, on a lattice given by indexToWorld.
+// The voxels whose cells touch the box, on a grid given by indexToWorld.
 IndexBox covering(const Affine3& indexToWorld, const std::array<std::int64_t, 3>& size,
                   const Corners& corners) {
   constexpr double rounding = 1e-6; // voxels: a box face on a voxel face must not include a neighbour by
@@ -102,8 +102,8 @@ GridGeometry boxOf(const Region& region) {
   return box;
 }
 
-GridGeometry boxOf(const GridGeometry& lattice) {
-  return {{1, 1, 1}, lattice.centre(), lattice.extent(), lattice.direction};
+GridGeometry boxOf(const GridGeometry& grid) {
+  return {{1, 1, 1}, grid.centre(), grid.extent(), grid.direction};
 }
 
 std::optional<IndexBlock> blockOver(const GridGeometry& geometry, const GridGeometry& box) {

@@ -12,31 +12,31 @@ struct Region {
   Vec3 min{0, 0, 0}, max{0, 0, 0};
 };
 
-/// The smallest block of the lattice that covers the region grown by `margin` mm; on an oblique lattice it
+/// The smallest block of the grid that covers the region grown by `margin` mm; on an oblique grid it
 /// extends beyond the region's faces. Throws Error(InvalidArgument) for an inverted region and
 /// Error(Geometry) if the two do not overlap.
 GridGeometry cropped(const GridGeometry& geometry, const Region& region, double margin = 0);
 
-/// An axis-aligned region as an oriented box: a lattice of one voxel (LPS) whose cell is the box.
+/// An axis-aligned region as an oriented box: a grid of one voxel (LPS) whose cell is the box.
 GridGeometry boxOf(const Region& region);
 /// The box with every face moved outwards by `margin` mm.
 GridGeometry grown(const GridGeometry& box, double margin);
-/// The smallest block of the lattice that covers an oriented box grown by `margin` mm. Throws as above.
+/// The smallest block of the grid that covers an oriented box grown by `margin` mm. Throws as above.
 GridGeometry cropped(const GridGeometry& geometry, const GridGeometry& box, double margin = 0);
-/// Whether the box's faces are parallel to the lattice's: then the block covers exactly the box, up to whole
+/// Whether the box's faces are parallel to the grid's: then the block covers exactly the box, up to whole
 /// voxels.
 bool parallel(const GridGeometry& geometry, const GridGeometry& box);
 
-/// A lattice's box, voxel edge to voxel edge, as a lattice of one voxel.
-GridGeometry boxOf(const GridGeometry& lattice);
+/// A grid's box, voxel edge to voxel edge, as a grid of one voxel.
+GridGeometry boxOf(const GridGeometry& grid);
 
-/// A block of a lattice's voxels.
+/// A block of a grid's voxels.
 struct IndexBlock {
   std::array<std::int64_t, 3> first, size;
 };
 /// The smallest block that covers an oriented box; nothing if they do not overlap.
 std::optional<IndexBlock> blockOver(const GridGeometry& geometry, const GridGeometry& box);
-/// The smallest block that holds every voxel v, counted from 0, for which holds(v), of a lattice of this
+/// The smallest block that holds every voxel v, counted from 0, for which holds(v), of a grid of this
 /// size; nothing if there is none.
 template <std::predicate<std::size_t> Holds>
 std::optional<IndexBlock> filledBlock(const std::array<std::int64_t, 3>& size, const Holds& holds) {

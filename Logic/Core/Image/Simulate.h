@@ -3,7 +3,7 @@
 
 namespace innergs {
 
-/// Simulates a thick-slice acquisition: slices of `thickness` voxels along lattice axis `axis` (0 = I, 1 = J,
+/// Simulates a thick-slice acquisition: slices of `thickness` voxels along grid axis `axis` (0 = I, 1 = J,
 /// 2 = K), box-averaged, one slice every `thickness` voxels; drops leftover voxels at the end.
 /// The stack's K axis is the chosen axis. noise: standard deviation of added Gaussian noise (image units).
 Stack simulateThickStack(const Volume& volume, int axis, int thickness, double noise = 0,

@@ -27,7 +27,7 @@ struct Stack {
   std::vector<std::string> remarks; // sentences for the user on how the file was read
 };
 
-/// The same voxels as thin slices along lattice axis 0, 1 or 2 (2: the stack itself), as thick as the spacing
+/// The same voxels as thin slices along grid axis 0, 1 or 2 (2: the stack itself), as thick as the spacing
 /// there; `observed` is kept. Drops poses and times.
 Stack withSliceAxis(const Stack& stack, int axis);
 

@@ -17,7 +17,7 @@
 namespace innergs {
 namespace {
 
-/// Whether some sample points of lattice a lie inside lattice b's box. With a gap: checks between the
+/// Whether some sample points of grid a lie inside grid b's box. With a gap: checks between the
 /// outermost slices of a, and up to that many of b's slice distances before or after b.
 bool reaches(const GridGeometry& a, const GridGeometry& b, double gap) {
   const Affine3 map = inverse(b.indexToWorld()) * a.indexToWorld();
@@ -329,7 +329,7 @@ double finestSpacing(std::span<const Stack> stacks) {
   return spacing;
 }
 
-/// The finest isotropic lattice along the first stack's axes, over the box of all slices.
+/// The finest isotropic grid along the first stack's axes, over the box of all slices.
 GridGeometry coveringGrid(const GridGeometry& grid, std::span<const Stack> stacks) {
   const double s = finestSpacing(stacks);
   return grown(withSpacing(grid, {s, s, s}), stacks, [](const Stack&) { return true; });

@@ -60,15 +60,15 @@ double maskedShare(const ReconstructionInput& input, double volume, double reach
 /// nearest fitted ones. `bridged` holds the copies that this needs.
 std::span<const Stack> startStacks(const PreparedInput& prepared, std::vector<Stack>& bridged);
 
-/// The first stack's lattice, extended to cover the slabs (parallel stacks before or after it) of the same
+/// The first stack's grid, extended to cover the slabs (parallel stacks before or after it) of the same
 /// acquisition. If its slices have poses: dataDomain().
 GridGeometry acquisitionGrid(std::span<const Stack> stacks);
 
-/// The default output lattice: isotropic at the finest spacing of all stacks, over the box of
+/// The default output grid: isotropic at the finest spacing of all stacks, over the box of
 /// acquisitionGrid(). Slices with poses that overlap count with their pixels alone.
 GridGeometry defaultOutputGrid(std::span<const Stack> stacks);
 
-/// The lattice of a fitted field: axes of the first stack, finest spacing of all, over the box of all stacks.
+/// The grid of a fitted field: axes of the first stack, finest spacing of all, over the box of all stacks.
 GridGeometry dataDomain(std::span<const Stack> stacks);
 
 /// The rigid frame of the fit: axes of the first stack (made right-handed), origin at its centre.

@@ -5,7 +5,7 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Job/PredictionPlan.h"
 #include "Core/Job/SimulatedFit.h"
-#include "Core/Prediction/CandidateLattice.h"
+#include "Core/Prediction/CandidateGrid.h"
 #include "Core/Render/Projected.h"
 #include "Core/Uncertainty/ErrorCurve.h"
 
@@ -20,16 +20,16 @@ std::int64_t resultBytes(const ReconstructionInput& fit) {
   return grid.voxelCount() * static_cast<std::int64_t>(sizeof(float));
 }
 
-/// Size of the samples that a fit holds, and of the buffers for the largest lattice.
-struct LatticeBytes {
+/// Size of the samples that a fit holds, and of the buffers for the largest grid.
+struct GridBytes {
   double voxels = 0;  // of the stacks, padded
   double samples = 0; // fitted, padded: with all axes every voxel counts three times
-  double largest = 0; // points of the largest lattice, sub-planes and padding included
-  double planes = 1;  // of the lattice with the most planes
+  double largest = 0; // points of the largest grid, sub-planes and padding included
+  double planes = 1;  // of the grid with the most planes
 };
 
-LatticeBytes latticesOf(std::span<const Stack> stacks, bool allAxes) {
-  LatticeBytes sum;
+GridBytes gridsOf(std::span<const Stack> stacks, bool allAxes) {
+  GridBytes sum;
   for (const Stack& stack : stacks) {
     const GridGeometry& g = stack.image.geometry;
     const auto planes =
@@ -49,27 +49,27 @@ LatticeBytes latticesOf(std::span<const Stack> stacks, bool allAxes) {
   return sum;
 }
 
-/// What alpha blending's backward pass keeps: for every lattice, moments for every plane that a Gaussian
-/// reaches, estimated from the width at which `count` of them fill the volume; for the current lattice, three
+/// What alpha blending's backward pass keeps: for every grid, moments for every plane that a Gaussian
+/// reaches, estimated from the width at which `count` of them fill the volume; for the current grid, three
 /// numbers per voxel.
-double alphaScratch(const FitPlan& plan, const DataTraits& traits, const LatticeBytes& lattices, double count,
+double alphaScratch(const FitPlan& plan, const DataTraits& traits, const GridBytes& grids, double count,
                     double views) {
   const double sigma = plan.start.scaleFactor * std::cbrt(traits.volume / count);
-  const double planes = std::min(lattices.planes, 2 * (2 * plan.cutoff * sigma / traits.voxel + 1));
-  return 32 * count * planes * views + 12 * lattices.largest;
+  const double planes = std::min(grids.planes, 2 * (2 * plan.cutoff * sigma / traits.voxel + 1));
+  return 32 * count * planes * views + 12 * grids.largest;
 }
 
-/// While a prediction from a scan's slices on a lattice is made: two candidates and their corrections, or a
+/// While a prediction from a scan's slices on a grid is made: two candidates and their corrections, or a
 /// field's own fit.
-double predictingBytes(const Stack& scan, const GridGeometry& lattice, const Settings& settings) {
+double predictingBytes(const Stack& scan, const GridGeometry& grid, const Settings& settings) {
   const double slices = static_cast<double>(scan.image.geometry.voxelCount()),
-               voxels = static_cast<double>(lattice.voxelCount());
+               voxels = static_cast<double>(grid.voxelCount());
   double candidates = 16 * voxels;
-  const bool mayAverage = fieldShareOfNoisy(scan, settings, 1, lattice.voxelCount()) > 0;
+  const bool mayAverage = fieldShareOfNoisy(scan, settings, 1, grid.voxelCount()) > 0;
   if (mayAverage || (settings.prediction != PredictionKind::Interpolation && triesField(settings, voxels))) {
     ReconstructionInput field;
     field.stacks = {scan};
-    field.outputGrid = lattice;
+    field.outputGrid = grid;
     candidates = std::max(candidates,
                           static_cast<double>(estimateMemory(field, fieldSettings(settings))) + 4 * voxels);
   }
@@ -81,9 +81,9 @@ double mixingBytes(const ReconstructionInput& input, const Settings& settings) {
   const GridGeometry domain = dataDomain(input.stacks);
   double predicted = 0, making = 0;
   for (const Stack& scan : input.stacks) {
-    const GridGeometry lattice = predictionLattice(scan.image.geometry, domain);
-    predicted += 4 * static_cast<double>(lattice.voxelCount());
-    making = std::max(making, predictingBytes(scan, lattice, scanSettings(settings)));
+    const GridGeometry grid = candidateGrid(scan.image.geometry, domain);
+    predicted += 4 * static_cast<double>(grid.voxelCount());
+    making = std::max(making, predictingBytes(scan, grid, scanSettings(settings)));
   }
   return predicted + std::max(predicted, making);
 }
@@ -93,12 +93,12 @@ double mixingBytes(const ReconstructionInput& input, const Settings& settings) {
 std::int64_t predictedMemory(const ReconstructionInput& input, const Settings& settings, Settings filled,
                              const GridGeometry& grid) {
   const ReconstructionInput thin = predictionOutline(input, grid);
-  const GridGeometry& lattice = thin.stacks.front().image.geometry;
+  const GridGeometry& candidates = thin.stacks.front().image.geometry;
   filled.prediction = PredictionKind::None;
   const Stack& scan = input.stacks.front();
   const double fit = static_cast<double>(estimateMemory(thin, filled)) +
                      5 * static_cast<double>(scan.image.geometry.voxelCount());
-  return static_cast<std::int64_t>(std::max(fit, predictingBytes(scan, lattice, settings)));
+  return static_cast<std::int64_t>(std::max(fit, predictingBytes(scan, candidates, settings)));
 }
 
 /// While the result is kept: the second fit, then the simulation that the uncertainty needs, then the
@@ -142,26 +142,25 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const bool mayMove = correctsSlices(settings, input.stacks);
   Settings filled = settings;
   const FitPlan plan = makePlan(filled, mayMove ? withMovedSlices(traits) : traits);
-  const LatticeBytes lattices = latticesOf(input.stacks, plan.allAxes);
+  const GridBytes grids = gridsOf(input.stacks, plan.allAxes);
   const double gaussians = static_cast<double>(
       plan.densify.every > 0 ? std::max(*filled.gaussians, *filled.maxGaussians) : *filled.gaussians);
   const GridGeometry grid = input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks);
-  const double axes = plan.allAxes ? 5 * lattices.voxels : 0; // slices along another axis, one axis at a time
+  const double axes = plan.allAxes ? 5 * grids.voxels : 0; // slices along another axis, one axis at a time
   const double copies =
-      lattices.voxels * 5 /* the job's own stacks */ + lattices.samples * 5 /* targets and weights */ + axes;
+      grids.voxels * 5 /* the job's own stacks */ + grids.samples * 5 /* targets and weights */ + axes;
   const double merged = gaussians * filled.ensembleSize.value_or(1) * (2 * 64.0 + sizeof(Projected));
   const double views = plan.allAxes ? 3 : static_cast<double>(input.stacks.size());
   const double alpha =
-      filled.blending == Blending::Alpha ? alphaScratch(plan, traits, lattices, gaussians, views) : 0;
+      filled.blending == Blending::Alpha ? alphaScratch(plan, traits, grids, gaussians, views) : 0;
   const double densify = plan.densify.every > 0 ? gaussians * (3 * 64.0 + 16) : 0; // while sorting them
-  const double fit = merged + lattices.largest * 8 /* W, N */ +
+  const double fit = merged + grids.largest * 8 /* W, N */ +
                      gaussians * (4 * 64.0 + views * (sizeof(Projected) + 16.0) + 16) + alpha + densify;
-  const double bridged = withheldFraction(input) > 0 ? lattices.voxels * 5 : 0; // see startStacks()
+  const double bridged = withheldFraction(input) > 0 ? grids.voxels * 5 : 0; // see startStacks()
   const double start = bridged + proxy * 13 /* values, coverage, density and its smoothing */;
   const double output = static_cast<double>(grid.voxelCount()) * 4 + 64e6;
-  const double residual = addsResidual(settings, traits)
-                              ? static_cast<double>(domain.voxelCount()) * 16 + lattices.samples * 12
-                              : 0;
+  const double residual =
+      addsResidual(settings, traits) ? static_cast<double>(domain.voxelCount()) * 16 + grids.samples * 12 : 0;
   // Beside the refined field's residual grid.
   const double mixing = predictsEach(settings, traits, input.stacks, !input.masks.empty())
                             ? residual + mixingBytes(input, settings)

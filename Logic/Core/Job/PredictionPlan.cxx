@@ -2,7 +2,7 @@
 
 #include "Core/Base/Parallel.h"
 #include "Core/Fit/Plan.h"
-#include "Core/Prediction/CandidateLattice.h"
+#include "Core/Prediction/CandidateGrid.h"
 
 #include <algorithm>
 
@@ -32,13 +32,13 @@ Stack outlineOf(const Stack& scan, const GridGeometry& geometry) {
   return outline;
 }
 
-/// Of a fit to a scan's slices, with its volume on a lattice.
-double fitCost(const Stack& scan, const GridGeometry& lattice, Settings settings) {
+/// Of a fit to a scan's slices, with its volume on a grid.
+double fitCost(const Stack& scan, const GridGeometry& grid, Settings settings) {
   const DataTraits traits = geometryTraits({&scan, 1});
   const int iterations = makePlan(settings, traits).iterations;
   const double each = traits.superResolution() ? kThickIteration : kIteration;
   return (each * iterations * *settings.ensembleSize * static_cast<double>(scan.image.geometry.voxelCount()) +
-          kFinishing * static_cast<double>(lattice.voxelCount())) /
+          kFinishing * static_cast<double>(grid.voxelCount())) /
          threadCount(settings.threads);
 }
 
@@ -48,12 +48,12 @@ bool triesField(const Settings& settings, double voxels) {
   return voxels <= (settings.preset == Preset::Best ? kMostFitted : kLarge);
 }
 
-TrialLattices trialLattices(const GridGeometry& scan) {
-  TrialLattices lattices{scan, scan};
-  lattices.kept.size[2] = (scan.size[2] + 1) / 2;
-  lattices.kept.spacing[2] *= 2;
-  lattices.all.size[2] = 2 * lattices.kept.size[2] - 1;
-  return lattices;
+TrialGrids trialGrids(const GridGeometry& scan) {
+  TrialGrids grids{scan, scan};
+  grids.kept.size[2] = (scan.size[2] + 1) / 2;
+  grids.kept.spacing[2] *= 2;
+  grids.all.size[2] = 2 * grids.kept.size[2] - 1;
+  return grids;
 }
 
 PredictionEffort learningEffort(const Settings& settings, double voxels, bool trial) {
@@ -92,7 +92,7 @@ double fieldShareOfNoisy(const Stack& scan, const Settings& settings, double noi
 ReconstructionInput predictionOutline(const ReconstructionInput& input, const GridGeometry& output) {
   ReconstructionInput thin;
   Stack& stack = thin.stacks.emplace_back();
-  stack.image.geometry = predictionLattice(input.stacks.front().image.geometry, output);
+  stack.image.geometry = candidateGrid(input.stacks.front().image.geometry, output);
   stack.profile = SliceProfile::Point;
   thin.outputGrid = output;
   return thin;
@@ -112,20 +112,20 @@ Settings scanSettings(Settings settings) {
   return settings;
 }
 
-double learningCost(const GridGeometry& scan, const GridGeometry& lattice, PredictionEffort effort,
+double learningCost(const GridGeometry& scan, const GridGeometry& grid, PredictionEffort effort,
                     const Settings& settings, double muchToLearn) {
   PredictionOptions options;
   options.effort = effort;
   options.muchToLearn = muchToLearn;
-  options.grid = lattice;
+  options.grid = grid;
   const PredictionOperations each =
       predictionOperations(scan, options).perThread(threadCount(settings.threads));
   return each.learning + each.applying;
 }
 
-PredictionCost predictionCost(const Stack& scan, const GridGeometry& lattice, const Settings& settings) {
+PredictionCost predictionCost(const Stack& scan, const GridGeometry& grid, const Settings& settings) {
   const GridGeometry& g = scan.image.geometry;
-  const auto voxels = static_cast<double>(lattice.voxelCount());
+  const auto voxels = static_cast<double>(grid.voxelCount());
   const double threads = threadCount(settings.threads);
   const Stack outline = outlineOf(scan, g);
   PredictionCost cost;
@@ -133,21 +133,21 @@ PredictionCost predictionCost(const Stack& scan, const GridGeometry& lattice, co
   cost.mixing =
       (scan.profile == SliceProfile::Point ? kMixing : kMixing + kBackProjecting) * voxels / threads;
   if (settings.prediction != PredictionKind::Interpolation) {
-    const TrialLattices half = trialLattices(g);
+    const TrialGrids half = trialGrids(g);
     const Stack kept = outlineOf(scan, half.kept);
     const Settings field = fieldSettings(settings);
     cost.trial = learningCost(half.kept, half.all, learningEffort(settings, voxels, true), settings);
-    cost.learning = learningCost(g, lattice, learningEffort(settings, voxels, false), settings);
+    cost.learning = learningCost(g, grid, learningEffort(settings, voxels, false), settings);
     if (triesField(settings, voxels))
       cost.trialField = fitCost(kept, half.all, trialFieldSettings(settings, voxels));
-    cost.field = fitCost(outline, lattice, field);
+    cost.field = fitCost(outline, grid, field);
   }
   Settings fitted = settings;
   makePlan(fitted, geometryTraits({&outline, 1})); // with the prediction
   fitted.prediction = PredictionKind::None;
-  Stack thin = outlineOf(scan, lattice);
+  Stack thin = outlineOf(scan, grid);
   thin.profile = SliceProfile::Point;
-  cost.fit = fitCost(thin, lattice, fitted);
+  cost.fit = fitCost(thin, grid, fitted);
   return cost;
 }
 

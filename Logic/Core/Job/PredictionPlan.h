@@ -7,12 +7,12 @@ namespace innergs {
 /// Whether a field fitted to the slices alone takes part in the prediction of so many voxels.
 bool triesField(const Settings& settings, double voxels);
 
-/// The lattices of a prediction's trial on a scan: every second slice, and all slices up to the last of
+/// The grids of a prediction's trial on a scan: every second slice, and all slices up to the last of
 /// these.
-struct TrialLattices {
+struct TrialGrids {
   GridGeometry kept, all;
 };
-TrialLattices trialLattices(const GridGeometry& scan);
+TrialGrids trialGrids(const GridGeometry& scan);
 
 /// Slice thickness over slice distance, at most 1; 0: slices are taken as points.
 double relativeThickness(const Stack& scan);
@@ -50,11 +50,11 @@ struct PredictionCost {
   double fit = 0;        // of the Gaussians to the prediction, to the end of the job
 };
 
-/// From the lattices of a scan and of its prediction; needs no voxels.
-PredictionCost predictionCost(const Stack& scan, const GridGeometry& lattice, const Settings& settings);
+/// From the grids of a scan and of its prediction; needs no voxels.
+PredictionCost predictionCost(const Stack& scan, const GridGeometry& grid, const Settings& settings);
 
 /// PredictionCost::learning with this effort and PredictionOptions::muchToLearn.
-double learningCost(const GridGeometry& scan, const GridGeometry& lattice, PredictionEffort effort,
+double learningCost(const GridGeometry& scan, const GridGeometry& grid, PredictionEffort effort,
                     const Settings& settings, double muchToLearn = 0);
 
 } // namespace innergs

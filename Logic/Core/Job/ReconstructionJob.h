@@ -56,7 +56,7 @@ struct ReconstructionResult {
   double heldOutPsnr = std::numeric_limits<double>::quiet_NaN(); // dB, pooled; NaN: unknown
   std::int64_t heldOutSlices = 0;                                // scored, over all stacks
   double judgingSeconds = 0;
-  std::optional<Uncertainty> uncertainty; // on the volume's lattice, where asked for and found
+  std::optional<Uncertainty> uncertainty; // on the volume's grid, where asked for and found
   BiasCorrection bias;                    // of several stacks, likewise
   std::vector<StackAlignment> alignment;  // of several stacks, where the settings ask for it
   std::vector<StackAgreement> agreement;  // of several stacks, whatever the settings

@@ -12,7 +12,7 @@
 #include "Core/Job/ShareTrial.h"
 #include "Core/Job/SlicePrediction.h"
 #include "Core/Job/TimeEstimate.h"
-#include "Core/Prediction/CandidateLattice.h"
+#include "Core/Prediction/CandidateGrid.h"
 #include "Core/Prediction/PredictionNoise.h"
 
 #include <algorithm>
@@ -174,8 +174,8 @@ void ReconstructionRun::choose() {
                double to) { return fieldAlone(slices, grid, settings, from, to); },
         true, progress_, *pool_);
     const Stack& scan = prepared_.stacks.front();
-    const GridGeometry lattice = predictionLattice(scan.image.geometry, prepared_.outputGrid);
-    const double share = fieldShareOfNoisy(scan, settings_, noise, lattice.voxelCount());
+    const GridGeometry grid = candidateGrid(scan.image.geometry, prepared_.outputGrid);
+    const double share = fieldShareOfNoisy(scan, settings_, noise, grid.voxelCount());
     if (share > 0) prediction.keepField();
     predicted_ = prediction.predict();
     result_.prediction = prediction.sentence();

@@ -4,7 +4,7 @@
 #include "Core/Image/Simulate.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Uncertainty/LocalDetail.h"
-#include "Core/Uncertainty/SimulatedLattices.h"
+#include "Core/Uncertainty/SimulatedGrids.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ constexpr double kTakenOff = 0.15;     // of the best share
 constexpr double kTakenOffByNoise = 8; // times the noise, likewise
 constexpr std::int64_t kOverview = 96; // voxels along an axis, to look for detail
 
-/// Part of a lattice around a place (LPS mm).
+/// Part of a grid around a place (LPS mm).
 GridGeometry partAround(const GridGeometry& grid, const Vec3& middle, std::span<const Stack> stacks) {
   const Vec3 index = inverse(grid.indexToWorld())(middle);
   std::array<std::int64_t, 3> first, size;
@@ -50,7 +50,7 @@ GridGeometry withMargin(const GridGeometry& part, double margin) {
 ShareTrial trialOn(const GridGeometry& part, std::span<const Stack> stacks, const GridGeometry& domain,
                    const Settings& settings) {
   ShareTrial trial;
-  trial.twin = simulatedFit(simulatedLattices(stacks, part), part, domain, {}, settings);
+  trial.twin = simulatedFit(simulatedGrids(stacks, part), part, domain, {}, settings);
   trial.twin.input.heldOutFraction = 0;
   auto& scans = trial.twin.input.stacks;
   if (std::any_of(scans.begin(), scans.end(),

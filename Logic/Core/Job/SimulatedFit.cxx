@@ -1,7 +1,7 @@
 #include "Core/Job/SimulatedFit.h"
 
 #include "Core/Job/JobInput.h"
-#include "Core/Uncertainty/SimulatedLattices.h"
+#include "Core/Uncertainty/SimulatedGrids.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +32,7 @@ SimulatedFit simulatedFit(std::vector<Stack> stacks, const GridGeometry& grid, c
 
 SimulatedFit simulatedOutline(const ReconstructionInput& input, const Settings& settings) {
   const GridGeometry grid = simulationGrid(input.stacks, input.stacks.front().image.geometry.centre());
-  return simulatedFit(simulatedLattices(input.stacks, grid), grid,
+  return simulatedFit(simulatedGrids(input.stacks, grid), grid,
                       input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks), input,
                       settings);
 }

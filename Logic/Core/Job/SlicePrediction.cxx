@@ -5,7 +5,7 @@
 #include "Core/Base/NumberText.h"
 #include "Core/Fit/Plan.h"
 #include "Core/Image/Region.h"
-#include "Core/Prediction/CandidateLattice.h"
+#include "Core/Prediction/CandidateGrid.h"
 #include "Core/Prediction/PredictionShares.h"
 
 #include <algorithm>
@@ -40,7 +40,7 @@ Stack everySecond(const Stack& stack) {
       half.observed.insert(half.observed.end(), stack.observed.begin() + k * plane,
                            stack.observed.begin() + (k + 1) * plane);
   }
-  g = trialLattices(g).kept;
+  g = trialGrids(g).kept;
   return half;
 }
 
@@ -65,7 +65,7 @@ SlicePrediction::SlicePrediction(const PreparedInput& prepared, Settings setting
                                  ThreadPool& pool)
     : prepared_(prepared), scan_(prepared.stacks.front()), settings_(std::move(settings)), parts_(parts),
       noise_(noise), fitField_(std::move(fitField)), progress_(progress), pool_(pool),
-      cost_(predictionCost(scan_, predictionLattice(scan_.image.geometry, prepared.outputGrid), settings_)) {
+      cost_(predictionCost(scan_, candidateGrid(scan_.image.geometry, prepared.outputGrid), settings_)) {
   if (!thenFitted) cost_.fit = 0;
 }
 
@@ -104,7 +104,7 @@ void SlicePrediction::anchor(Volume& guess, const Stack& scan) const {
     guess.voxels[v] += correction[v];
 }
 
-/// Further candidates on a lattice between a scan's slices, anchored to them: a field fitted to the slices
+/// Further candidates on a grid between a scan's slices, anchored to them: a field fitted to the slices
 /// alone, and what is learned across them.
 SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, const GridGeometry& grid,
                                                             bool withField, bool withLearned, bool trial,
@@ -155,7 +155,7 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   const GridGeometry& g = scan_.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
   const Stack even = everySecond(scan_);
-  const GridGeometry middle = trialLattices(g).all; // every second plane belongs to a withheld slice
+  const GridGeometry middle = trialGrids(g).all; // every second plane belongs to a withheld slice
   const Part fieldPart = step(cost_.trialField, cost_.trialField), trialPart = step(cost_.trial, cost_.trial);
   const Further tried =
       furtherCandidates(even, middle, triesAField(), parts_.learned, true, fieldPart, trialPart);
@@ -239,7 +239,7 @@ Stack SlicePrediction::predict() {
   const GridGeometry& g = scan_.image.geometry;
   Stack thin;
   Volume& between = thin.image;
-  between.geometry = predictionLattice(g, prepared_.outputGrid);
+  between.geometry = candidateGrid(g, prepared_.outputGrid);
   const bool asked = settings_.prediction != PredictionKind::Interpolation,
              adds = asked && g.size[2] >= kFewestForTrial;
   progressed_ = progress_.state.fraction;

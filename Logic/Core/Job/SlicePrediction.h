@@ -13,7 +13,7 @@ namespace innergs {
 /// they miss of it is kept with them.
 class SlicePrediction {
 public:
-  /// The volume, on a lattice, of a field fitted to slices alone; from, to: its part of the progress.
+  /// The volume, on a grid, of a field fitted to slices alone; from, to: its part of the progress.
   using FieldFit = std::function<Volume(const Stack& slices, const GridGeometry& grid,
                                         const Settings& settings, double from, double to)>;
 
@@ -26,7 +26,7 @@ public:
   void keepField() { keepsField_ = parts_.field; }
   /// The prediction as thin slices, observed where the field will have values. Throws Error(Cancelled).
   Stack predict();
-  /// That field's volume on the lattice of the prediction; nothing where the scan is only interpolated.
+  /// That field's volume on the grid of the prediction; nothing where the scan is only interpolated.
   std::optional<Volume> takeField() { return std::exchange(field_, std::nullopt); }
   /// Says what was put between the slices.
   const std::string& sentence() const { return sentence_; }

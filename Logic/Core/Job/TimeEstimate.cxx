@@ -12,7 +12,7 @@
 #include "Core/Job/Resume.h"
 #include "Core/Job/ShareTrial.h"
 #include "Core/Job/SimulatedFit.h"
-#include "Core/Prediction/CandidateLattice.h"
+#include "Core/Prediction/CandidateGrid.h"
 #include "Core/Prediction/NetworkKernels.h"
 #include "Core/Prediction/PredictionNoise.h"
 
@@ -40,7 +40,7 @@ constexpr double kMovedFit = 1.7, kMovedRefining = 2.5;
 constexpr double kAlignedPoints = 40e3;
 constexpr int kTrialIterations = 4; // at most half of them coarse
 
-/// A piece of the stacks' lattices with about so many voxels, all around one point, with some structure.
+/// A piece of the stacks' grids with about so many voxels, all around one point, with some structure.
 std::vector<Stack> pieceOf(const std::vector<Stack>& stacks, double voxels) {
   double perMm3 = 0, side = 0;
   for (const Stack& stack : stacks) {
@@ -78,7 +78,7 @@ std::vector<Stack> pieceOf(const std::vector<Stack>& stacks, double voxels) {
   return piece;
 }
 
-/// The lattice at this spacing, or at a wider one if that were too much to render.
+/// The grid at this spacing, or at a wider one if that were too much to render.
 GridGeometry smallOutput(const GridGeometry& part, Vec3 spacing) {
   const Vec3 extent = part.extent();
   double voxels = 1;
@@ -121,8 +121,8 @@ std::string keyOf(const ReconstructionInput& input, const Settings& filled, cons
   settings.iterations = kTrialIterations;
   settings.ensembleSize = 1;
   settings.seed = 1;
-  std::string lattices;
-  const auto add = [&](double x) { lattices += formatted("%.17g ", x); };
+  std::string grids;
+  const auto add = [&](double x) { grids += formatted("%.17g ", x); };
   for (const Stack& stack : input.stacks) {
     add(stack.thickness);
     add(static_cast<double>(stack.profile));
@@ -133,7 +133,7 @@ std::string keyOf(const ReconstructionInput& input, const Settings& filled, cons
   }
   for (const double s : output.spacing)
     add(s);
-  return settingsKey(settings, lattices) + settings.instructionSet + std::to_string(settings.threads) +
+  return settingsKey(settings, grids) + settings.instructionSet + std::to_string(settings.threads) +
          std::to_string(settings.consistency);
 }
 
@@ -148,9 +148,9 @@ bool haveVoxels(const std::vector<Stack>& stacks) {
 }
 
 /// Whether a scan, if its voxels are here, is so noisy that its prediction is averaged with a field.
-bool averagesWithField(const Stack& scan, const GridGeometry& lattice, const Settings& settings) {
+bool averagesWithField(const Stack& scan, const GridGeometry& grid, const Settings& settings) {
   const auto may = [&](double noise) {
-    return fieldShareOfNoisy(scan, settings, noise, lattice.voxelCount()) > 0;
+    return fieldShareOfNoisy(scan, settings, noise, grid.voxelCount()) > 0;
   };
   return !scan.image.voxels.empty() && may(1) &&
          may(unpredictedNoise(scan, estimateNoise(scan.image, scan.observed)) /
@@ -257,29 +257,29 @@ double TimeEstimator::predictedSeconds(const ReconstructionInput& input, const S
   fitted.prediction = PredictionKind::None;
   double seconds = this->seconds(thin, fitted);
   const Stack& scan = input.stacks.front();
-  const GridGeometry& lattice = thin.stacks.front().image.geometry;
-  double predicting = scanSeconds(scan, lattice, settings);
-  if (!triesField(settings, static_cast<double>(lattice.voxelCount())) &&
-      averagesWithField(scan, lattice, settings))
-    predicting += fieldSeconds(scan, lattice, settings);
+  const GridGeometry& grid = thin.stacks.front().image.geometry;
+  double predicting = scanSeconds(scan, grid, settings);
+  if (!triesField(settings, static_cast<double>(grid.voxelCount())) &&
+      averagesWithField(scan, grid, settings))
+    predicting += fieldSeconds(scan, grid, settings);
   if (!DeviceChoice(settings.device, settings.instructionSet, settings.selection).onCpu() && seconds == 0)
     return 0;
   return seconds + predicting;
 }
 
-/// Seconds for a prediction from a scan's slices on a lattice, with a field that takes part in it.
-double TimeEstimator::scanSeconds(const Stack& scan, const GridGeometry& lattice, const Settings& settings) {
+/// Seconds for a prediction from a scan's slices on a grid, with a field that takes part in it.
+double TimeEstimator::scanSeconds(const Stack& scan, const GridGeometry& grid, const Settings& settings) {
   if (settings.prediction == PredictionKind::Interpolation) return 0;
-  double seconds = learningSeconds(scan, lattice, settings);
-  if (!triesField(settings, static_cast<double>(lattice.voxelCount()))) return seconds;
-  return seconds + 1.35 * fieldSeconds(scan, lattice, settings); // first on every second slice
+  double seconds = learningSeconds(scan, grid, settings);
+  if (!triesField(settings, static_cast<double>(grid.voxelCount()))) return seconds;
+  return seconds + 1.35 * fieldSeconds(scan, grid, settings); // first on every second slice
 }
 
-/// Seconds for the volume, on a lattice, of a field fitted to a scan's slices alone.
-double TimeEstimator::fieldSeconds(const Stack& scan, const GridGeometry& lattice, const Settings& settings) {
+/// Seconds for the volume, on a grid, of a field fitted to a scan's slices alone.
+double TimeEstimator::fieldSeconds(const Stack& scan, const GridGeometry& grid, const Settings& settings) {
   ReconstructionInput slices;
   slices.stacks = {scan};
-  slices.outputGrid = lattice;
+  slices.outputGrid = grid;
   return this->seconds(slices, fieldSettings(settings));
 }
 
@@ -288,7 +288,7 @@ double TimeEstimator::eachSeconds(std::span<const Stack> stacks, const Settings&
   const GridGeometry domain = dataDomain(stacks);
   double seconds = 0;
   for (const Stack& scan : stacks)
-    seconds += scanSeconds(scan, predictionLattice(scan.image.geometry, domain), scanSettings(settings));
+    seconds += scanSeconds(scan, candidateGrid(scan.image.geometry, domain), scanSettings(settings));
   return seconds;
 }
 

@@ -11,8 +11,8 @@ namespace innergs {
 /// a factor of two if nothing else runs, an upper bound if a stop rule may end the fit. On the CPU it times a
 /// similar job on a few thousand voxels, which takes some tens of milliseconds at the first call for given
 /// settings and spacings. On another device it uses the last fit there; before the first one the time is
-/// unknown: 0. As for the memory, the lattices of the stacks and of the output suffice; if a mask's voxels
-/// are given, their number counts. Throws Error for settings and lattices that the job would refuse.
+/// unknown: 0. As for the memory, the grids of the stacks and of the output suffice; if a mask's voxels
+/// are given, their number counts. Throws Error for settings and grids that the job would refuse.
 double estimateSeconds(const ReconstructionInput& input, const Settings& settings);
 
 /// Records the duration of a completed fit on a device other than the CPU, for later estimates.
@@ -60,8 +60,8 @@ private:
   double fitSeconds(const ReconstructionInput& input, const Settings& settings, bool choosing);
   double predictedSeconds(const ReconstructionInput& input, const Settings& settings, const Settings& filled,
                           const GridGeometry& output);
-  double fieldSeconds(const Stack& scan, const GridGeometry& lattice, const Settings& settings);
-  double scanSeconds(const Stack& scan, const GridGeometry& lattice, const Settings& settings);
+  double fieldSeconds(const Stack& scan, const GridGeometry& grid, const Settings& settings);
+  double scanSeconds(const Stack& scan, const GridGeometry& grid, const Settings& settings);
   double eachSeconds(std::span<const Stack> stacks, const Settings& settings);
   double learningSeconds(const Stack& scan, const GridGeometry& grid, const Settings& settings) const;
 

@@ -6,7 +6,7 @@
 
 namespace innergs {
 
-/// The box of a field's domain in the index coordinates of a lattice; a field has no value outside it. A
+/// The box of a field's domain in the index coordinates of a grid; a field has no value outside it. A
 /// domain without voxels is unlimited.
 class DomainBox {
 public:

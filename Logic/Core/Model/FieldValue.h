@@ -8,7 +8,7 @@
 
 namespace innergs {
 
-/// Turns the Gaussians' blended value at continuous indices of a lattice into the field's value: adds the
+/// Turns the Gaussians' blended value at continuous indices of a grid into the field's value: adds the
 /// residual, converts to scanner units, clamps to the fitted range, and gives outside() where the field has
 /// no value.
 class FieldValue {
@@ -70,7 +70,7 @@ public:
     return std::clamp(static_cast<float>(scale_ * value + offset_), low_, high_);
   }
 
-  /// A row of a lattice; calls blended(x) only where the field has a value.
+  /// A row of a grid; calls blended(x) only where the field has a value.
   template <class Blended>
   void row(double y, double z, int width, float* out, Blended&& blended) const {
     int begin = 0, end = width;

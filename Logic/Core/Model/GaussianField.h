@@ -22,16 +22,16 @@ struct GaussianField {
   double intensityScale = 1, intensityOffset = 0; // scanner value = scale·I + offset
   GridGeometry domain; // the fitted region; outside it there is no value (I = 0); no voxels = unlimited
   std::vector<Gaussian> gaussians;
-  Volume residual; // what the Gaussians miss of the data (data consistency): patient-space lattice, units of
+  Volume residual; // what the Gaussians miss of the data (data consistency): patient-space grid, units of
                    // I, added by trilinear interpolation inside its box; no voxels = none
 
-  Mask support; // of a masked fit: the voxels that have values, on the domain's lattice cropped to the mask's
-                // box; no voxels = the whole domain
-  float fill = 0;                  // scanner units: the value outside the support
+  Mask support;   // of a masked fit: the voxels that have values, on the domain's grid cropped to the mask's
+                  // box; no voxels = the whole domain
+  float fill = 0; // scanner units: the value outside the support
   std::optional<ValueRange> range; // of the fitted voxels; queries stay within it
 
   std::int64_t size() const { return static_cast<std::int64_t>(gaussians.size()); }
-  /// The lattice that has values: the support's or, without one, the domain. The default for resampling.
+  /// The grid that has values: the support's or, without one, the domain. The default for resampling.
   const GridGeometry& region() const { return support.voxels.empty() ? domain : support.geometry; }
 };
 

@@ -3,7 +3,7 @@
 
 namespace innergs {
 
-/// A field's residual grid at continuous indices of a lattice; 0 outside it. Between the voxels it is
+/// A field's residual grid at continuous indices of another grid; 0 outside it. Between the voxels it is
 /// interpolated by cubic convolution (Keys, IEEE Trans. ASSP 29, 1981, eq. 4 with a = −3/4).
 class ResidualSampler {
 public:

@@ -60,7 +60,7 @@ Observation observeFrame(const std::vector<float>& frame, const GridGeometry& ge
     if (!finite[v]) stack.image.voxels[v] = static_cast<float>(map.offset);
   }
   Observation o = observe(stack, modelToWorld, map, false).front();
-  const int stride = o.lattice.stride(), nx = o.lattice.nx;
+  const int stride = o.grid.stride(), nx = o.grid.nx;
   for (std::size_t v = 0; v < finite.size(); ++v)
     if (!finite[v]) {
       o.weight[v / nx * stride + v % nx] = 0;
@@ -125,10 +125,10 @@ GridGeometry fitCanonical(GaussianField& field, const std::vector<float>& frame,
   return volume.geometry;
 }
 
-std::array<Vec3, 2> boxInModel(const GridGeometry& lattice, const Affine3& modelToWorld) {
-  const Affine3 indexToModel = inverse(modelToWorld) * lattice.indexToWorld();
+std::array<Vec3, 2> boxInModel(const GridGeometry& grid, const Affine3& modelToWorld) {
+  const Affine3 indexToModel = inverse(modelToWorld) * grid.indexToWorld();
   Vec3 low = indexToModel({0, 0, 0}), high = low;
-  const Vec3 other = indexToModel({lattice.size[0] - 1.0, lattice.size[1] - 1.0, lattice.size[2] - 1.0});
+  const Vec3 other = indexToModel({grid.size[0] - 1.0, grid.size[1] - 1.0, grid.size[2] - 1.0});
   for (int a = 0; a < 3; ++a) {
     high[a] = std::max(low[a], other[a]);
     low[a] = std::min(low[a], other[a]);

@@ -22,7 +22,7 @@ struct CanonicalPlan {
 FitPlan fitPlan(const CanonicalPlan& plan, double voxel);
 
 /// A frame as samples at its voxel centres; non-finite voxels get weight 0. Keeps all planes, so that every
-/// frame has the same lattice.
+/// frame has the same grid.
 Observation observeFrame(const std::vector<float>& frame, const GridGeometry& geometry,
                          const Affine3& modelToWorld, const IntensityMap& map);
 
@@ -31,7 +31,7 @@ std::vector<Observation> observeFrames(const TimeSeries& series, const Affine3& 
                                        const IntensityMap& map, const ThreadPool& pool);
 
 /// Replaces a field's Gaussians by ones fitted to a frame whose edge voxels are repeated in a margin. Returns
-/// the lattice of the frame with its margin. report: share done, mean squared error (normalised intensity²).
+/// the grid of the frame with its margin. report: share done, mean squared error (normalised intensity²).
 /// device: where to fit; null: the CPU. Throws Error(Cancelled) when the pool is stopped.
 GridGeometry fitCanonical(GaussianField& field, const std::vector<float>& frame, const GridGeometry& geometry,
                           const IntensityMap& map, const CanonicalPlan& plan, std::uint64_t seed,
@@ -39,8 +39,8 @@ GridGeometry fitCanonical(GaussianField& field, const std::vector<float>& frame,
                           const std::function<void(double share, double mse)>& report,
                           DeviceChoice* device = nullptr);
 
-/// Corners of the box of a lattice's voxel centres, mm, model frame.
-std::array<Vec3, 2> boxInModel(const GridGeometry& lattice, const Affine3& modelToWorld);
+/// Corners of the box of a grid's voxel centres, mm, model frame.
+std::array<Vec3, 2> boxInModel(const GridGeometry& grid, const Affine3& modelToWorld);
 
 /// mm, of the finest axis.
 double finestSpacing(const GridGeometry& geometry);

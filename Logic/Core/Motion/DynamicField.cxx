@@ -72,12 +72,12 @@ void checkDynamicField(const DynamicField& field) {
     if (!(std::fabs(x) <= 1e6f)) fail("its anchors are not finite.");
   if (field.kind == DynamicKind::Network) return checkDeformation(field.network);
   for (int a = 0; a < 3; ++a)
-    if (field.lattice.size[a] < 2 || field.lattice.size[a] > 4096 ||
-        !std::isfinite(field.lattice.origin[a]) || !(field.lattice.spacing[a] > 0) ||
-        !(field.lattice.spacing[a] < 1e6))
-      fail("its lattice of motion is out of range.");
+    if (field.motionGrid.size[a] < 2 || field.motionGrid.size[a] > 4096 ||
+        !std::isfinite(field.motionGrid.origin[a]) || !(field.motionGrid.spacing[a] > 0) ||
+        !(field.motionGrid.spacing[a] < 1e6))
+      fail("its motion grid is out of range.");
   checkSpline(field.motion, field.nodes,
-              static_cast<std::size_t>(field.lattice.nodes()) * MotionLattice::kValues, 1e6f);
+              static_cast<std::size_t>(field.motionGrid.nodes()) * MotionGrid::kValues, 1e6f);
   if (!field.ownPath.empty()) checkSpline(field.own, field.ownPath, 3 * gaussians, 1e6f);
 }
 

@@ -3,7 +3,7 @@
 #include "Core/Base/Parallel.h"
 #include "Core/Model/GaussianField.h"
 #include "Core/Motion/DeformationNetwork.h"
-#include "Core/Motion/MotionLattice.h"
+#include "Core/Motion/MotionGrid.h"
 #include "Core/Motion/TimeSeries.h"
 #include "Core/Motion/TimeSpline.h"
 #include "Core/Settings/DynamicKind.h"
@@ -23,11 +23,11 @@ struct DynamicField {
   GaussianField canonical;
   std::vector<double> times; // of the frames that were fitted, s, increasing
 
-  // Motion: mean + u(anchor, t) + r(t), rotated by the lattice's rotation at the anchor.
-  MotionLattice lattice;
-  TimeSpline motion;          // of the lattice's values
+  // Motion: mean + u(anchor, t) + r(t), rotated by the motion grid's rotation at the anchor.
+  MotionGrid motionGrid;
+  TimeSpline motion;          // of the grid's values
   std::vector<float> nodes;   // [coefficient][node][6]
-  std::vector<float> anchors; // [Gaussian][3]: where each is bound to the lattice or network, mm, model frame
+  std::vector<float> anchors; // [Gaussian][3]: where each is bound to the grid or network, mm, model frame
   TimeSpline own;             // of each Gaussian's own displacement
   std::vector<float> ownPath; // [coefficient][Gaussian][3], mm; empty: none
 
@@ -44,7 +44,7 @@ struct DynamicField {
 /// Coefficients over time per value: of the spline, or of the network's planes.
 int coefficientsInTime(const DynamicField& field);
 
-/// A field without Gaussians over a series' lattice and times.
+/// A field without Gaussians over a series' grid and times.
 DynamicField emptyField(DynamicKind kind, const TimeSeries& series, const IntensityMap& map, double cutoff);
 
 /// Throws Error(FileFormat) when a dynamic field cannot be evaluated (arrays of other sizes, values that are
@@ -58,7 +58,7 @@ void poseAt(const DynamicField& field, double time, GaussianField& out, ThreadPo
 
 struct RenderOptions;
 
-/// The frame whose acquisition starts at a time (s), on the series' lattice, each slice at its own time.
+/// The frame whose acquisition starts at a time (s), on the series' grid, each slice at its own time.
 /// Values as in Volume. Throws Error(Cancelled).
 std::vector<float> acquiredFrame(const DynamicField& field, const TimeSeries& series, double time,
                                  const RenderOptions& options);

@@ -308,15 +308,15 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
   if (result.field && !result.cancelled) {
     double squared = 0;
     std::int64_t samples = 0;
-    TimeSeries lattice{series_.geometry, {}, {}, {}, {}};
-    if (result.slicesTimed) lattice.sliceTiming = series_.sliceTiming;
+    TimeSeries grid{series_.geometry, {}, {}, {}, {}};
+    if (result.slicesTimed) grid.sliceTiming = series_.sliceTiming;
     RenderOptions options;
     options.threads = settings_.threads;
     options.instructionSet = settings_.instructionSet;
     options.stop = stop;
     try {
       for (std::int64_t f = 0; f < series_.size(); ++f) {
-        const std::vector<float> rendered = acquiredFrame(*result.field, lattice, series_.times[f], options);
+        const std::vector<float> rendered = acquiredFrame(*result.field, grid, series_.times[f], options);
         for (std::size_t v = 0; v < rendered.size(); ++v) {
           const double d =
               (static_cast<double>(rendered[v]) - static_cast<double>(series_.frames[f][v])) / map.scale;

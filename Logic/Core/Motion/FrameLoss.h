@@ -13,7 +13,7 @@ namespace innergs {
 /// it fails, on the CPU.
 class FrameLoss {
 public:
-  /// frames: all on one lattice. device: used from the first call on; null: the CPU. Kernels, pool and device
+  /// frames: all on one grid. device: used from the first call on; null: the CPU. Kernels, pool and device
   /// must outlive this.
   FrameLoss(std::vector<Observation> frames, const KernelSet& kernels, ThreadPool& pool,
             DeviceChoice* device);

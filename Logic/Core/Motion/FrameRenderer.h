@@ -6,7 +6,7 @@
 
 namespace innergs {
 
-/// Frames of a continuous volume in space and time on one lattice.
+/// Frames of a continuous volume in space and time on one grid.
 class FrameRenderer {
 public:
   /// device: as in Settings; "auto" takes one where a frame is large, as renderingDevice() does. The field

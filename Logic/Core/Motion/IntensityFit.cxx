@@ -1,7 +1,7 @@
 #include "Core/Motion/IntensityFit.h"
 
 #include "Core/Motion/FrameFolds.h"
-#include "Core/Render/LatticeRenderer.h"
+#include "Core/Render/GridRenderer.h"
 
 #include <algorithm>
 #include <array>
@@ -268,19 +268,18 @@ void IntensityFit::solve(const Report& report) {
       }
   const std::size_t gaussians = field.gaussians.size();
 
-  const Lattice lattice = latticeOf(g, field.modelToWorld);
-  LatticeRenderer renderer(lattice, kernels_, pool_);
-  const std::size_t size = lattice.bufferSize();
+  const SampleGrid grid = sampleGridOf(g, field.modelToWorld);
+  GridRenderer renderer(grid, kernels_, pool_);
+  const std::size_t size = grid.bufferSize();
   std::vector<float> weights(size), image(size), zero(size, 0.f), gradient(16 * gaussians);
   const auto epsilon = static_cast<float>(field.epsilon);
   const auto rows = static_cast<std::int64_t>(g.size[1] * g.size[2]);
   const std::int64_t nx = g.size[0];
-  // image = A·values, in rows of the lattice.
+  // image = A·values, in rows of the grid.
   const auto forward = [&](std::span<const float> values) {
     renderer.forward(field, values, weights.data(), image.data());
     pool_.blocks(rows, 64, [&](std::int64_t first, std::int64_t last) {
-      for (std::size_t i = first * lattice.stride(); i < static_cast<std::size_t>(last) * lattice.stride();
-           ++i)
+      for (std::size_t i = first * grid.stride(); i < static_cast<std::size_t>(last) * grid.stride(); ++i)
         image[i] /= weights[i] + epsilon;
     });
   };
@@ -288,8 +287,8 @@ void IntensityFit::solve(const Report& report) {
   const auto transposed = [&](const float* target, std::vector<float>& out) {
     pool_.blocks(rows, 64, [&](std::int64_t first, std::int64_t last) {
       for (std::int64_t row = first; row < last; ++row)
-        for (std::int64_t x = 0; x < lattice.stride(); ++x) {
-          const std::size_t i = row * lattice.stride() + x;
+        for (std::int64_t x = 0; x < grid.stride(); ++x) {
+          const std::size_t i = row * grid.stride() + x;
           const float wanted = target && x < nx ? target[row * nx + x] : 0.f;
           image[i] = x < nx ? (wanted - image[i]) / (weights[i] + epsilon) : 0.f;
         }

@@ -10,7 +10,7 @@ namespace innergs {
 
 /// All parameters of a fit of changing intensities.
 struct IntensityPlan {
-  double voxelsPerGaussian = 1;    // of the frames' lattice
+  double voxelsPerGaussian = 1;    // of the frames' grid
   double width = 0.55;             // σ in distances between Gaussians
   double framesPerCoefficient = 3; // of the splines in time, unless withheld frames show faster changes
   int mostCoefficients = 64;       // likewise

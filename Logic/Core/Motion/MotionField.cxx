@@ -26,7 +26,7 @@ public:
         coordinates.push_back(static_cast<float>(c));
     if (field_.kind == DynamicKind::Motion) {
       for (std::size_t p = 0; p < points.size(); ++p) {
-        const auto u = field_.lattice.at(field_.lattice.place(coordinates.data() + 3 * p), nodes_);
+        const auto u = field_.motionGrid.at(field_.motionGrid.place(coordinates.data() + 3 * p), nodes_);
         out[p] = {u[0], u[1], u[2]};
       }
       return;

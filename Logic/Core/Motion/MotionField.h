@@ -8,7 +8,7 @@ namespace innergs {
 /// How the tissue moves between two times (s), as ITK's displacement fields have it: what lies at voxel
 /// centre x at `from` lies at x + d(x) at `to`. So the volume at `to`, resampled through the field (each
 /// voxel gets the value at x + d(x)), becomes the volume at `from`. Three values per voxel: mm, LPS. The
-/// Gaussians' own small displacements beside the lattice's are left out. Throws Error(InvalidArgument) for a
+/// Gaussians' own small displacements beside the grid's are left out. Throws Error(InvalidArgument) for a
 /// field whose Gaussians do not move and for times that are not finite, Error(Cancelled).
 std::vector<float> motionField(const DynamicField& field, double from, double to,
                                const GridGeometry& geometry, int threads = 0,

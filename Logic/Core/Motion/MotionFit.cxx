@@ -25,19 +25,19 @@ void MotionFit::fitCanonical(const Report& report) {
     field_.anchors.insert(field_.anchors.end(), gaussian.mean, gaussian.mean + 3);
   const auto [low, high] = boxInModel(covered, field_.canonical.modelToWorld);
   const double distance = plan_.nodeDistance * voxel_;
-  field_.lattice = latticeOver(low, high, {distance, distance, distance});
+  field_.motionGrid = motionGridOver(low, high, {distance, distance, distance});
 }
 
 void MotionFit::track(const Report& report) {
   const std::int64_t count = series_.size();
-  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * MotionLattice::kValues;
+  const std::size_t values = static_cast<std::size_t>(field_.motionGrid.nodes()) * MotionGrid::kValues;
   tracked_.assign(count, {});
   tracked_[middle_].nodes.assign(values, 0.f);
   Poser poser(field_);
   GaussianField posed = field_.canonical;
   std::vector<float> gradient(16 * posed.gaussians.size()), nodeGradient(values);
   const double bending = plan_.bending * static_cast<double>(loss_.frame(middle_).samples) /
-                         static_cast<double>(field_.lattice.nodes());
+                         static_cast<double>(field_.motionGrid.nodes());
   std::int64_t done = 0;
   const auto trackFrame = [&](std::int64_t f, std::int64_t before, std::int64_t beforeThat) {
     TrackedFrame& now = tracked_[f];
@@ -56,13 +56,13 @@ void MotionFit::track(const Report& report) {
       now.mse = loss_(posed, f, gradient);
       std::fill(nodeGradient.begin(), nodeGradient.end(), 0.f);
       poser.backward(field_, now.nodes, gradient, nodeGradient, pool_);
-      addBending(field_.lattice, now.nodes, plan_.nodeDistance * voxel_, bending, nodeGradient);
+      addBending(field_.motionGrid, now.nodes, plan_.nodeDistance * voxel_, bending, nodeGradient);
       const double rate = std::pow(0.1, static_cast<double>(s) / plan_.trackingSteps);
       const auto shift = static_cast<float>(rate * plan_.trackingShift * voxel_),
                  turn = static_cast<float>(rate * plan_.trackingTurn);
       adam.apply(
           now.nodes.data(), [&](std::int64_t i) { return nodeGradient[i]; },
-          [&](std::int64_t i) { return i % MotionLattice::kValues < 3 ? shift : turn; }, pool_);
+          [&](std::int64_t i) { return i % MotionGrid::kValues < 3 ? shift : turn; }, pool_);
     }
     report(static_cast<double>(++done) / static_cast<double>(std::max<std::int64_t>(1, count - 1)), now.mse);
   };
@@ -109,7 +109,7 @@ int MotionFit::chooseCoefficients() {
 
 double MotionFit::predictionError(int coefficients) {
   const TimeSpline spline{series_.times.front(), series_.times.back(), coefficients};
-  std::vector<float> nodes(static_cast<std::size_t>(field_.lattice.nodes()) * MotionLattice::kValues);
+  std::vector<float> nodes(static_cast<std::size_t>(field_.motionGrid.nodes()) * MotionGrid::kValues);
   double sum = 0;
   std::int64_t judged = 0;
   for (const FrameFold& fold : frameFolds(series_.times)) {
@@ -131,7 +131,7 @@ double MotionFit::predictionError(int coefficients) {
 void MotionFit::useSpline(int coefficients) {
   field_.motion = {series_.times.front(), series_.times.back(), coefficients};
   const std::vector<double> rows = splineFit(field_.motion, series_.times, 0);
-  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * MotionLattice::kValues;
+  const std::size_t values = static_cast<std::size_t>(field_.motionGrid.nodes()) * MotionGrid::kValues;
   field_.nodes.assign(values * coefficients, 0.f);
   for (int k = 0; k < coefficients; ++k)
     for (std::size_t t = 0; t < tracked_.size(); ++t) {
@@ -143,8 +143,8 @@ void MotionFit::useSpline(int coefficients) {
 
 void MotionFit::startRefinement() {
   const std::size_t gaussians = field_.canonical.gaussians.size();
-  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * MotionLattice::kValues;
-  // Of the lattice's coefficients, then of the Gaussians' own.
+  const std::size_t values = static_cast<std::size_t>(field_.motionGrid.nodes()) * MotionGrid::kValues;
+  // Of the grid's coefficients, then of the Gaussians' own.
   std::vector<AdamBlock> blocks(field_.motion.coefficients, AdamBlock(values));
   blocks.resize(blocks.size() + field_.own.coefficients, AdamBlock(3 * gaussians));
   optimizer_.start(static_cast<std::int64_t>(gaussians), std::move(blocks));
@@ -158,7 +158,7 @@ void MotionFit::resume(const DynamicField& field, const RefinementState& state) 
 
 void MotionFit::refine(const Report& report) {
   const std::size_t gaussians = field_.canonical.gaussians.size(), own = 3 * gaussians;
-  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * MotionLattice::kValues;
+  const std::size_t values = static_cast<std::size_t>(field_.motionGrid.nodes()) * MotionGrid::kValues;
   if (optimizer_.step == 0) {
     field_.own = field_.motion;
     field_.ownPath.assign(own * field_.own.coefficients, 0.f);
@@ -173,7 +173,7 @@ void MotionFit::refine(const Report& report) {
   std::iota(order.begin(), order.end(), 0);
   Random random(seed_);
   const double bending = plan_.jointBending * static_cast<double>(loss_.frame(middle_).samples) /
-                         static_cast<double>(field_.lattice.nodes());
+                         static_cast<double>(field_.motionGrid.nodes());
   for (int s = 0; s < plan_.jointSteps; ++s) {
     const std::size_t turnOf = s % order.size();
     if (turnOf == 0)
@@ -188,7 +188,7 @@ void MotionFit::refine(const Report& report) {
     const double error = loss_(posed, f, gradient);
     std::fill(nodeGradient.begin(), nodeGradient.end(), 0.f);
     poser.backward(field_, nodes, gradient, nodeGradient, pool_);
-    addBending(field_.lattice, nodes, plan_.nodeDistance * voxel_, bending, nodeGradient);
+    addBending(field_.motionGrid, nodes, plan_.nodeDistance * voxel_, bending, nodeGradient);
     const double rate = std::pow(plan_.finalRate, static_cast<double>(s) / plan_.jointSteps);
     const auto shift = static_cast<float>(rate * plan_.jointShift * voxel_),
                turn = static_cast<float>(rate * plan_.jointTurn);
@@ -197,7 +197,7 @@ void MotionFit::refine(const Report& report) {
       nodeAdam[w.first + a].apply(
           field_.nodes.data() + (w.first + a) * values,
           [&](std::int64_t i) { return w.weight[a] * nodeGradient[i]; },
-          [&](std::int64_t i) { return i % MotionLattice::kValues < 3 ? shift : turn; }, pool_);
+          [&](std::int64_t i) { return i % MotionGrid::kValues < 3 ? shift : turn; }, pool_);
     if (plan_.ownRate > 0) {
       const TimeSpline::Weights p = field_.own.at(time);
       const auto ownShift = static_cast<float>(rate * plan_.ownRate * voxel_),

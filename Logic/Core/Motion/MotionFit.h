@@ -14,15 +14,15 @@ namespace innergs {
 /// All parameters of a fit of moving Gaussians. Lengths in voxels are of the finest spacing.
 struct MotionPlan {
   CanonicalPlan canonical; // of the fit to the middle frame
-  double nodeDistance = 6; // voxels between the lattice's nodes
+  double nodeDistance = 6; // voxels between the grid's nodes
 
   int trackingSteps = 24;                          // Adam's, per frame
   double trackingShift = 0.2, trackingTurn = 0.02; // rates: voxels, Rodrigues vector
   double bending =
-      1e-6; // weight of the lattice's second differences (mm²), per squared normalised intensity and voxel
+      1e-6; // weight of the grid's second differences (mm²), per squared normalised intensity and voxel
 
   int jointSteps = 2500;                       // Adam's, one frame each
-  double jointShift = 0.05, jointTurn = 0.004; // rates of the lattice's coefficients
+  double jointShift = 0.05, jointTurn = 0.004; // rates of the grid's coefficients
   double jointBending = 1e-6;
   double canonicalRate = 0.3; // share of the first fit's rates
   double ownRate = 0.02;      // voxels
@@ -30,7 +30,7 @@ struct MotionPlan {
   double finalRate = 0.05;    // rates decay exponentially to this share
 };
 
-/// Lattice values of one frame, tracked on its own.
+/// SampleGrid values of one frame, tracked on its own.
 struct TrackedFrame {
   std::vector<float> nodes; // six per node
   double mse = 0;           // normalised intensity²

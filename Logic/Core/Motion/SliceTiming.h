@@ -8,7 +8,7 @@ struct GridGeometry;
 
 /// When the slices of a frame were acquired, if not all at once.
 struct SliceTiming {
-  int axis = 2;              // lattice axis that counts the slices
+  int axis = 2;              // grid axis that counts the slices
   std::vector<double> times; // s after the frame's time, of each slice along the axis; empty: all at once
 
   bool empty() const { return times.empty(); }

@@ -24,7 +24,7 @@ void checkTimeSeries(const TimeSeries& series) {
   const auto voxels = static_cast<std::size_t>(series.geometry.voxelCount());
   for (const auto& frame : series.frames)
     if (frame.size() != voxels)
-      fail(ErrorCode::Geometry, " has frames of different sizes: put them on one lattice first.");
+      fail(ErrorCode::Geometry, " has frames of different sizes: put them on one grid first.");
   for (std::size_t f = 0; f < series.times.size(); ++f) {
     if (!std::isfinite(series.times[f]))
       fail(ErrorCode::InvalidArgument, " has a time that is not finite: correct it.");

@@ -7,7 +7,7 @@
 
 namespace innergs {
 
-/// Volumes of one lattice at increasing times: a moving scan. Times need not be evenly spaced; frames may be
+/// Volumes of one grid at increasing times: a moving scan. Times need not be evenly spaced; frames may be
 /// missing.
 struct TimeSeries {
   GridGeometry geometry;
@@ -20,7 +20,7 @@ struct TimeSeries {
 };
 
 /// Throws Error(Geometry | InvalidArgument | NoData) for fewer than two frames, frames of another size than
-/// the lattice, times that do not increase, a slice timing that does not match the lattice, and frames that
+/// the grid, times that do not increase, a slice timing that does not match the grid, and frames that
 /// are all equal.
 void checkTimeSeries(const TimeSeries& series);
 

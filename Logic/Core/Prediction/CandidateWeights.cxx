@@ -164,7 +164,7 @@ std::vector<double> planePositions(const GridGeometry& stack, const GridGeometry
   same = same && std::abs(map.offset[0]) < 1e-3 && std::abs(map.offset[1]) < 1e-3 && map.linear[2][2] > 0;
   if (!same)
     throw Error(ErrorCode::InvalidArgument,
-                "A prediction between slices needs a lattice that matches theirs in-plane.");
+                "A prediction between slices needs a grid that matches theirs in-plane.");
   std::vector<double> positions;
   for (std::int64_t k = 0; k < grid.size[2]; ++k)
     positions.push_back(map.offset[2] + map.linear[2][2] * static_cast<double>(k));

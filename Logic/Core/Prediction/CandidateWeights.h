@@ -32,8 +32,8 @@ SliceWeights combinedWeights(const std::array<double, kCandidates>& share, const
 void applyWeights(const SliceWeights& weights, std::span<const float> slices, std::int64_t samples,
                   std::span<float> planes, ThreadPool& pool);
 
-/// Positions of a lattice's planes, in slices of a stack. Throws Error(InvalidArgument) unless the two
-/// lattices agree in-plane.
+/// Positions of a grid's planes, in slices of a stack. Throws Error(InvalidArgument) unless the two
+/// grids agree in-plane.
 std::vector<double> planePositions(const GridGeometry& stack, const GridGeometry& grid);
 
 /// The stack's voxels with every unobserved or non-finite one replaced: by a cubic spline along its column if

@@ -3,7 +3,7 @@
 
 namespace innergs {
 
-/// A small convolutional network on the lattice of the slices: patch → channels, then `layers` times 3×3
+/// A small convolutional network on the grid of the slices: patch → channels, then `layers` times 3×3
 /// channels → channels, each followed by a leaky rectifier, then 3×3 channels → one output per phase. All
 /// channels are 0 outside the image.
 class ConvolutionNetwork {

@@ -75,7 +75,7 @@ public:
     }
   }
 
-  /// thin: the samples of the thin lattice, of which it sets the plane's.
+  /// thin: the samples of the thin grid, of which it sets the plane's.
   void predict(std::int64_t plane, std::span<const Flip> flips, const NetworkKernels& kernels,
                PlaneWork& work, std::vector<float>& thin) const {
     const int phases = model_.sampling.phases;

@@ -22,7 +22,7 @@ struct SliceModel {
 enum class Reflections { None, Two, Four };
 
 /// The stack's thin samples, predicted in the planes along I and in those along J that contain the slice
-/// normal, on the lattice that the sampling was made for.
+/// normal, on the grid that the sampling was made for.
 /// wanted: 1 for the image's voxels whose thin samples are wanted; others may be left 0. Progress: 0…1.
 std::array<std::vector<float>, 2> applyAcrossSlices(const SliceModel& model, const Volume& image,
                                                     std::span<const std::uint8_t> wanted,

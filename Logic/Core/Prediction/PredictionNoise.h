@@ -8,7 +8,7 @@ namespace innergs {
 /// the slices are smooth across.
 double unpredictedNoise(const Stack& scan, double noise);
 
-/// Takes noise out of `missed` (predicted − fitted, on the lattice of `predicted`, its units) by
+/// Takes noise out of `missed` (predicted − fitted, on the grid of `predicted`, its units) by
 /// wienerFilter() in every plane, and out of `predicted` likewise. Each plane has its own noise, scanNoise
 /// (standard deviation, the same units) at most. Throws Error(Cancelled).
 void removePredictionNoise(Volume& missed, Stack& predicted, double scanNoise, ThreadPool& pool);

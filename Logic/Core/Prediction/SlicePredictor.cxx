@@ -37,8 +37,8 @@ int usualPhases(const GridGeometry& stack) {
   return std::max(2, static_cast<int>(std::lround(std::min(ratioOf(stack), 64.0))));
 }
 
-/// The stack's lattice with `phases` samples per slice, starting at slice index `first`.
-GridGeometry thinLattice(const GridGeometry& stack, double first, int phases, std::int64_t count) {
+/// The stack's grid with `phases` samples per slice, starting at slice index `first`.
+GridGeometry thinGrid(const GridGeometry& stack, double first, int phases, std::int64_t count) {
   GridGeometry thin = stack;
   thin.origin = stack.indexToWorld()({0, 0, first});
   thin.spacing[2] = stack.spacing[2] / phases;
@@ -66,17 +66,17 @@ void checkGrid(const GridGeometry& grid, const GridGeometry& stack) {
                 "stack's only along the slice normal.");
 }
 
-/// The lattice for learning and predicting, and the requested samples in its indices.
-struct ThinLattice {
+/// The grid for learning and predicting, and the requested samples in its indices.
+struct ThinGrid {
   GridGeometry geometry;
   int phases = 0;
   LinePositions positions; // K index here of K index there
 };
 
-ThinLattice thinLatticeFor(const GridGeometry& grid, const GridGeometry& stack) {
+ThinGrid thinGridFor(const GridGeometry& grid, const GridGeometry& stack) {
   const double perSlice = stack.spacing[2] / grid.spacing[2], first = firstSliceOf(grid, stack);
   const int usual = usualPhases(stack);
-  ThinLattice thin;
+  ThinGrid thin;
   thin.phases = usual;
   const double whole = std::round(perSlice);
   if (whole >= 1 && std::abs(perSlice - whole) < kAligned) {
@@ -94,7 +94,7 @@ ThinLattice thinLatticeFor(const GridGeometry& grid, const GridGeometry& stack) 
       std::max(thin.positions.first, 0.0) + thin.positions.step * static_cast<double>(grid.size[2] - 1);
   const auto count =
       aligned ? static_cast<std::int64_t>(std::llround(last)) + 1 : stack.size[2] * thin.phases;
-  thin.geometry = thinLattice(stack, start, thin.phases, count);
+  thin.geometry = thinGrid(stack, start, thin.phases, count);
   return thin;
 }
 
@@ -136,8 +136,8 @@ Stack withSquarePixels(const Stack& stack, std::array<bool, 2>& axes, ThreadPool
   return square;
 }
 
-/// Resamples the thin samples to the requested lattice.
-void putOnGrid(const ThinLattice& thin, const GridGeometry& grid, const GridGeometry& stack, Volume image,
+/// Resamples the thin samples to the requested grid.
+void putOnGrid(const ThinGrid& thin, const GridGeometry& grid, const GridGeometry& stack, Volume image,
                std::vector<std::uint8_t> predicted, Prediction& result, ThreadPool& pool) {
   const bool same = thin.positions.first == 0 && thin.positions.step == 1 && image.geometry.size == grid.size;
   if (!same) {
@@ -260,7 +260,7 @@ PredictionOperations operationsOf(PredictionEffort level, const GridGeometry& st
                                   const PredictionOptions& options) {
   const Effort effort = effortOf(level, options.muchToLearn);
   const TrainingPlan& plan = effort.training;
-  const int phases = thinLatticeFor(options.grid.value_or(predictionGrid(stack)), stack).phases;
+  const int phases = thinGridFor(options.grid.value_or(predictionGrid(stack)), stack).phases;
   const double pass =
       ConvolutionNetwork::productsPerSample({phases, plan.channels, plan.layers}) + kBesideProducts;
   const auto voxels = static_cast<double>(stack.voxelCount());
@@ -350,7 +350,7 @@ const char* predictionPhaseName(PredictionPhase phase) {
 
 GridGeometry predictionGrid(const GridGeometry& stack) {
   const int phases = usualPhases(stack);
-  return thinLattice(stack, 0.5 / phases - 0.5, phases, stack.size[2] * phases);
+  return thinGrid(stack, 0.5 / phases - 0.5, phases, stack.size[2] * phases);
 }
 
 PredictionOperations predictionOperations(const GridGeometry& stack, const PredictionOptions& options) {
@@ -401,7 +401,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
     workingGrid.size[a] = working.size[a];
     workingGrid.spacing[a] = working.spacing[a];
   }
-  const ThinLattice thin = thinLatticeFor(workingGrid, working);
+  const ThinGrid thin = thinGridFor(workingGrid, working);
   SliceModel model;
   model.sampling = sliceSampling(stack, thin.geometry, thin.phases);
   const FilledImage filled = filledImage(stack);

@@ -20,7 +20,7 @@ enum class PredictionEffort {
 
 struct PredictionOptions {
   PredictionEffort effort = PredictionEffort::Balanced;
-  /// Where to predict: the stack's own lattice in-plane, with any spacing and first position along K. Unset:
+  /// Where to predict: the stack's own grid in-plane, with any spacing and first position along K. Unset:
   /// predictionGrid().
   std::optional<GridGeometry> grid;
   /// σ of the Gaussian blur, in in-plane samples, that makes the training images as smooth as the scan is
@@ -70,7 +70,7 @@ struct Prediction {
   double learningSeconds = 0, applyingSeconds = 0;
 };
 
-/// The lattice over the stack's box with the stack's in-plane lattice and round(k) ≥ 2 samples per slice, k =
+/// The grid over the stack's box with the stack's in-plane voxels and round(k) ≥ 2 samples per slice, k =
 /// slice spacing / finer in-plane spacing.
 GridGeometry predictionGrid(const GridGeometry& stack);
 

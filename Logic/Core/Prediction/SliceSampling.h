@@ -34,11 +34,11 @@ struct SliceSampling {
   LineFilter slice;   // the slice profile
 };
 
-/// For a stack whose thin samples are the K indices of `thin`, which equals the stack's lattice except along
+/// For a stack whose thin samples are the K indices of `thin`, which equals the stack's grid except along
 /// K.
 SliceSampling sliceSampling(const Stack& stack, const GridGeometry& thin, int phases);
 
-/// Positions of one lattice's samples in the samples of another along an axis: first + step·t.
+/// Positions of one grid's samples in the samples of another along an axis: first + step·t.
 struct LinePositions {
   double first = 0, step = 1;
 };

@@ -4,7 +4,7 @@
 
 namespace innergs {
 
-/// Inputs of the chain rule that all Gaussians of a lattice share.
+/// Inputs of the chain rule that all Gaussians of a grid share.
 struct ChainRules {
   float toModel[9]; // d(model)/d(index)
   bool linear = false, alpha = false;
@@ -63,7 +63,7 @@ INNERGS_HD inline void throughPsf(const float* covariance, const float* precisio
 
 } // namespace chain
 
-/// From a Gaussian's moments on a lattice to its 15 parameters (Docs/method.md; closed-form PSF: through
+/// From a Gaussian's moments on a grid to its 15 parameters (Docs/method.md; closed-form PSF: through
 /// Σ_obs = Σ + B and the factor √(det Σ / det Σ_obs)). Adds to gradient[16], in the order of struct Gaussian.
 INNERGS_HD inline void addParameterGradient(const Gaussian& g, const math::Moments<float>& moments,
                                             const ChainRules& rules, float* gradient) {

@@ -40,31 +40,30 @@ void sortByDepth(std::span<const Projected> gaussians, double z, std::span<std::
   radixSort(keys, ids);
 }
 
-std::size_t tileSize(const TileRange& range, const LatticeView& lattice) {
-  return static_cast<std::size_t>(range.y1 - range.y0) * lattice.stride;
+std::size_t tileSize(const TileRange& range, const GridView& grid) {
+  return static_cast<std::size_t>(range.y1 - range.y0) * grid.stride;
 }
 
-std::size_t tileStart(const TileRange& range, const LatticeView& lattice) {
-  return (static_cast<std::size_t>(range.k0) * lattice.ny + range.y0) * lattice.stride;
+std::size_t tileStart(const TileRange& range, const GridView& grid) {
+  return (static_cast<std::size_t>(range.k0) * grid.ny + range.y0) * grid.stride;
 }
 
 } // namespace
 
-void Compositor::forward(std::span<const Projected> gaussians, const LatticeView& lattice, ThreadPool& pool,
+void Compositor::forward(std::span<const Projected> gaussians, const GridView& grid, ThreadPool& pool,
                          float* transmittance, float* image) {
-  tiles_.bin(gaussians, lattice, pool);
+  tiles_.bin(gaussians, grid, pool);
   pool.run(tiles_.count(), [&](std::int64_t t) {
-    const TileRange range = tiles_.range(t, lattice);
-    std::fill_n(transmittance + tileStart(range, lattice), tileSize(range, lattice), 1.f);
-    std::fill_n(image + tileStart(range, lattice), tileSize(range, lattice), 0.f);
+    const TileRange range = tiles_.range(t, grid);
+    std::fill_n(transmittance + tileStart(range, grid), tileSize(range, grid), 1.f);
+    std::fill_n(image + tileStart(range, grid), tileSize(range, grid), 0.f);
     const auto members = tiles_.members(t);
-    sortByDepth(gaussians, lattice.z[range.k0], members);
-    kernels_.composite(gaussians.data(), members.data(), members.size(), lattice, range, transmittance,
-                       image);
+    sortByDepth(gaussians, grid.z[range.k0], members);
+    kernels_.composite(gaussians.data(), members.data(), members.size(), grid, range, transmittance, image);
   });
 }
 
-void Compositor::backward(std::span<const Projected> gaussians, const LatticeView& lattice, ThreadPool& pool,
+void Compositor::backward(std::span<const Projected> gaussians, const GridView& grid, ThreadPool& pool,
                           const float* r, const float* image) {
   const std::int64_t n = static_cast<std::int64_t>(gaussians.size());
   first_.resize(n + 1);
@@ -75,14 +74,14 @@ void Compositor::backward(std::span<const Projected> gaussians, const LatticeVie
   pool.run(tiles_.count(), [&](std::int64_t t) {
     static thread_local std::vector<float> seen, rest;
     static thread_local std::vector<math::PlaneMoments<float>> found;
-    const TileRange range = tiles_.range(t, lattice);
+    const TileRange range = tiles_.range(t, grid);
     const auto members = tiles_.members(t);
-    const float* tile = image + tileStart(range, lattice);
-    seen.assign(tileSize(range, lattice), 1.f);
-    rest.assign(tile, tile + tileSize(range, lattice));
+    const float* tile = image + tileStart(range, grid);
+    seen.assign(tileSize(range, grid), 1.f);
+    rest.assign(tile, tile + tileSize(range, grid));
     found.resize(members.size());
-    kernels_.compositeBackward(gaussians.data(), members.data(), members.size(), lattice, range, r,
-                               seen.data(), rest.data(), found.data());
+    kernels_.compositeBackward(gaussians.data(), members.data(), members.size(), grid, range, r, seen.data(),
+                               rest.data(), found.data());
     const auto [tz, ty] = tiles_.position(t);
     for (std::size_t m = 0; m < members.size(); ++m) {
       const Tiles::Reach& reach = tiles_.reach(members[m]);
@@ -92,13 +91,13 @@ void Compositor::backward(std::span<const Projected> gaussians, const LatticeVie
   });
 }
 
-math::Moments<float> Compositor::moments(std::span<const Projected> gaussians, const LatticeView& lattice,
+math::Moments<float> Compositor::moments(std::span<const Projected> gaussians, const GridView& grid,
                                          std::int64_t i) const {
   math::Moments<float> sum;
   const Tiles::Reach& reach = tiles_.reach(i);
   std::int64_t slot = first_[i];
   for (int z = reach.z0; z < reach.z1; ++z) {
-    const float dz = planeOffset(gaussians[i], lattice.z[z]); // one plane per tile
+    const float dz = planeOffset(gaussians[i], grid.z[z]); // one plane per tile
     for (int y = reach.y0; y < reach.y1; ++y)
       math::addPlane(slots_[slot++], dz, sum);
   }

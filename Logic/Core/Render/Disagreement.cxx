@@ -82,13 +82,13 @@ std::vector<float> disagreement(const GaussianField& field, int threads, std::st
   }
   const double extent = std::max(bounds.longestSide(), 1e-3);
   const double cell = std::max(2 * reach / static_cast<double>(result.size()), extent / 256);
-  Lattice lattice;
-  lattice.indexToModel = {diagonal({cell, cell, cell}), bounds.low};
+  SampleGrid grid;
+  grid.indexToModel = {diagonal({cell, cell, cell}), bounds.low};
   std::array<std::int64_t, 3> size;
   for (int a = 0; a < 3; ++a)
     size[a] = static_cast<std::int64_t>((bounds.high[a] - bounds.low[a]) / cell) + 1;
   std::vector<Projected> projected;
-  project(field, {}, lattice, {}, pool, projected);
+  project(field, {}, grid, {}, pool, projected);
   pool.throwIfStopped();
   const Cells cells(projected, size);
 

@@ -1,6 +1,6 @@
 #pragma once
 #include "Core/Acquisition/ClosedFormPsf.h"
-#include "Core/Acquisition/Lattice.h"
+#include "Core/Acquisition/SampleGrid.h"
 
 #include <span>
 #include <stop_token>
@@ -13,10 +13,10 @@ namespace innergs {
 class FieldDevice {
 public:
   virtual ~FieldDevice() = default;
-  /// Renders a lattice, with a closed-form profile if psf.active. Alpha blending: each plane has its own
+  /// Renders a grid, with a closed-form profile if psf.active. Alpha blending: each plane has its own
   /// depth order. out: [plane][ny][nx], host memory.
-  virtual void renderLattice(const Lattice& lattice, const ClosedFormPsf& psf, std::span<const float> values,
-                             float* out, std::stop_token stop) = 0;
+  virtual void renderGrid(const SampleGrid& grid, const ClosedFormPsf& psf, std::span<const float> values,
+                          float* out, std::stop_token stop) = 0;
   /// Renders points of the model frame (mm). Alpha blending: on slices normal to the model's third axis.
   virtual void renderPoints(std::span<const Vec3> points, std::span<const float> values, float* out,
                             std::stop_token stop) = 0;

@@ -4,12 +4,12 @@
 
 namespace innergs {
 
-ChainRules chainRules(Blending blending, bool linear, const Lattice& lattice, const ClosedFormPsf& psf);
+ChainRules chainRules(Blending blending, bool linear, const SampleGrid& grid, const ClosedFormPsf& psf);
 
-/// Applies addParameterGradient() to the Gaussians of a field on a lattice.
+/// Applies addParameterGradient() to the Gaussians of a field on a grid.
 class FieldGradient {
 public:
-  FieldGradient(const GaussianField& field, const Lattice& lattice, const ClosedFormPsf& psf);
+  FieldGradient(const GaussianField& field, const SampleGrid& grid, const ClosedFormPsf& psf);
   /// Adds to gradient[16], in the order of struct Gaussian.
   void add(const Gaussian& gaussian, const math::Moments<float>& moments, float* gradient) const;
 

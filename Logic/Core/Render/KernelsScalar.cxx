@@ -7,9 +7,9 @@ namespace {
 
 /// visit(plane, row, column, w·p before the cut, dx, dy, dz) for every candidate inside the cut-off.
 template <Selection selection, class Visit>
-void forEachVoxel(const Projected& g, const LatticeView& lattice, const TileRange& tile, Visit&& visit) {
-  forEachCandidateRow<selection>(g, lattice, tile, [&](int k, int y, int x0, int x1) {
-    const float dz = planeOffset(g, lattice.z[k]);
+void forEachVoxel(const Projected& g, const GridView& grid, const TileRange& tile, Visit&& visit) {
+  forEachCandidateRow<selection>(g, grid, tile, [&](int k, int y, int x0, int x1) {
+    const float dz = planeOffset(g, grid.z[k]);
     const float dy = static_cast<float>(y - g.cell[1]) - g.fraction[1];
     for (int x = x0; x < x1; ++x) {
       const float dx = static_cast<float>(x - g.cell[0]) - g.fraction[0];
@@ -22,33 +22,32 @@ void forEachVoxel(const Projected& g, const LatticeView& lattice, const TileRang
   });
 }
 
-std::size_t voxelIndex(const LatticeView& lattice, int k, int y, int x) {
-  return (static_cast<std::size_t>(k) * lattice.ny + y) * lattice.stride + x;
+std::size_t voxelIndex(const GridView& grid, int k, int y, int x) {
+  return (static_cast<std::size_t>(k) * grid.ny + y) * grid.stride + x;
 }
 
 template <Selection selection>
-void accumulate(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
-                const LatticeView& lattice, const TileRange& tile, float* weights, float* numerators) {
+void accumulate(const Projected* gaussians, const std::uint32_t* ids, std::size_t count, const GridView& grid,
+                const TileRange& tile, float* weights, float* numerators) {
   for (std::size_t n = 0; n < count; ++n) {
     const Projected& g = gaussians[ids[n]];
-    forEachVoxel<selection>(
-        g, lattice, tile, [&](int k, int y, int x, float q, float dx, float dy, float dz) {
-          const std::size_t voxel = voxelIndex(lattice, k, y, x);
-          const float p = q - g.cut;
-          weights[voxel] += p;
-          numerators[voxel] += p * (g.value + g.slope[0] * dx + g.slope[1] * dy + g.slope[2] * dz);
-        });
+    forEachVoxel<selection>(g, grid, tile, [&](int k, int y, int x, float q, float dx, float dy, float dz) {
+      const std::size_t voxel = voxelIndex(grid, k, y, x);
+      const float p = q - g.cut;
+      weights[voxel] += p;
+      numerators[voxel] += p * (g.value + g.slope[0] * dx + g.slope[1] * dy + g.slope[2] * dz);
+    });
   }
 }
 
 template <Selection selection>
-void gather(const Projected& g, const LatticeView& lattice, const float* f0, const float* f1,
+void gather(const Projected& g, const GridView& grid, const float* f0, const float* f1,
             math::Moments<float>& out) {
   math::Moments<double> m;
-  const TileRange everything{0, lattice.ny, 0, lattice.nz};
+  const TileRange everything{0, grid.ny, 0, grid.nz};
   forEachVoxel<selection>(
-      g, lattice, everything, [&](int k, int y, int x, float q, float dx, float dy, float dz) {
-        const std::size_t voxel = voxelIndex(lattice, k, y, x);
+      g, grid, everything, [&](int k, int y, int x, float q, float dx, float dy, float dz) {
+        const std::size_t voxel = voxelIndex(grid, k, y, x);
         const double value = g.value + g.slope[0] * dx + g.slope[1] * dy + g.slope[2] * dz;
         const double f = f0[voxel] * value + f1[voxel], fq = f * q, cut = q - g.cut, n = f0[voxel] * cut;
         const double d[3] = {dx, dy, dz};
@@ -73,12 +72,12 @@ void gather(const Projected& g, const LatticeView& lattice, const float* f0, con
 }
 
 template <Selection selection>
-void composite(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
-               const LatticeView& lattice, const TileRange& tile, float* transmittance, float* image) {
+void composite(const Projected* gaussians, const std::uint32_t* ids, std::size_t count, const GridView& grid,
+               const TileRange& tile, float* transmittance, float* image) {
   for (std::size_t n = 0; n < count; ++n) {
     const Projected& g = gaussians[ids[n]];
-    forEachVoxel<selection>(g, lattice, tile, [&](int k, int y, int x, float q, float, float, float) {
-      const std::size_t voxel = voxelIndex(lattice, k, y, x);
+    forEachVoxel<selection>(g, grid, tile, [&](int k, int y, int x, float q, float, float, float) {
+      const std::size_t voxel = voxelIndex(grid, k, y, x);
       const float visible = transmittance[voxel] * (q - g.cut);
       image[voxel] += visible * g.value;
       transmittance[voxel] -= visible;
@@ -88,15 +87,15 @@ void composite(const Projected* gaussians, const std::uint32_t* ids, std::size_t
 
 template <Selection selection>
 void compositeBackward(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
-                       const LatticeView& lattice, const TileRange& tile, const float* r,
-                       float* transmittance, float* rest, math::PlaneMoments<float>* out) {
+                       const GridView& grid, const TileRange& tile, const float* r, float* transmittance,
+                       float* rest, math::PlaneMoments<float>* out) {
   for (std::size_t n = 0; n < count; ++n) {
     const Projected& g = gaussians[ids[n]];
     math::PlaneMoments<double> m;
-    forEachVoxel<selection>(g, lattice, tile, [&](int k, int y, int x, float q, float dx, float dy, float) {
-      const std::size_t local = static_cast<std::size_t>(y - tile.y0) * lattice.stride + x;
+    forEachVoxel<selection>(g, grid, tile, [&](int k, int y, int x, float q, float dx, float dy, float) {
+      const std::size_t local = static_cast<std::size_t>(y - tile.y0) * grid.stride + x;
       const float a = q - g.cut, seen = transmittance[local], visible = seen * a;
-      const float derivative = r[voxelIndex(lattice, k, y, x)];
+      const float derivative = r[voxelIndex(grid, k, y, x)];
       rest[local] -= visible * g.value;
       transmittance[local] -= visible;
       // The Gaussians behind this one are seen through its 1 − a.

@@ -3,7 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Model/FieldValue.h"
 #include "Core/Render/FieldDevice.h"
-#include "Core/Render/LatticeRenderer.h"
+#include "Core/Render/GridRenderer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -61,10 +61,10 @@ void PlaneSampler::measureReach() {
   });
 }
 
-bool PlaneSampler::sampledOnDevice(const Lattice& lattice, float* out, const std::stop_token& stop) {
+bool PlaneSampler::sampledOnDevice(const SampleGrid& grid, float* out, const std::stop_token& stop) {
   if (!device_) return false;
   try {
-    device_->renderLattice(lattice, {}, {}, out, stop);
+    device_->renderGrid(grid, {}, {}, out, stop);
     return true;
   } catch (const Error& error) {
     if (error.code() == ErrorCode::Cancelled) throw;
@@ -110,17 +110,17 @@ void PlaneSampler::sample(const Affine3& pixelToWorld, int nx, int ny, std::span
     throw Error(ErrorCode::InvalidArgument, "The buffer of a plane does not have its number of pixels.");
   pool_.setStop(std::move(stop));
   const Affine3 world = completed(pixelToWorld);
-  Lattice lattice;
-  lattice.indexToModel = inverse(field_->modelToWorld) * world;
-  lattice.nx = nx;
-  lattice.ny = ny;
-  lattice.z = {0.0};
-  const bool ready = sampledOnDevice(lattice, out.data(), pool_.stopToken());
+  SampleGrid grid;
+  grid.indexToModel = inverse(field_->modelToWorld) * world;
+  grid.nx = nx;
+  grid.ny = ny;
+  grid.z = {0.0};
+  const bool ready = sampledOnDevice(grid, out.data(), pool_.stopToken());
   if (!ready) {
-    selectNear(lattice.indexToModel, nx, ny);
-    weights_.resize(lattice.bufferSize());
-    numerators_.resize(lattice.bufferSize());
-    LatticeRenderer renderer(lattice, kernelSet(instructionSet_), pool_);
+    selectNear(grid.indexToModel, nx, ny);
+    weights_.resize(grid.bufferSize());
+    numerators_.resize(grid.bufferSize());
+    GridRenderer renderer(grid, kernelSet(instructionSet_), pool_);
     renderer.forward(near_, {}, weights_.data(), numerators_.data());
   }
   const FieldValue value(*field_, world, {});
@@ -128,8 +128,8 @@ void PlaneSampler::sample(const Affine3& pixelToWorld, int nx, int ny, std::span
   const auto epsilon = static_cast<float>(field_->epsilon);
   pool_.blocks(ny, 16, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t y = first; y < last; ++y) {
-      const float* w = weights_.data() + (ready ? 0 : y * lattice.stride());
-      const float* n = numerators_.data() + (ready ? 0 : y * lattice.stride());
+      const float* w = weights_.data() + (ready ? 0 : y * grid.stride());
+      const float* n = numerators_.data() + (ready ? 0 : y * grid.stride());
       float* row = out.data() + y * nx;
       value.row(static_cast<double>(y), 0, nx, row, [&](int x) {
         return ready ? row[x] : normalised ? n[x] / (w[x] + epsilon) : n[x];

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Acquisition/Lattice.h"
+#include "Core/Acquisition/SampleGrid.h"
 #include "Core/Base/Parallel.h"
 #include "Core/Model/GaussianField.h"
 
@@ -30,7 +30,7 @@ public:
   void sample(const Affine3& pixelToWorld, int nx, int ny, std::span<float> out, std::stop_token stop = {});
 
 private:
-  bool sampledOnDevice(const Lattice& lattice, float* out, const std::stop_token& stop);
+  bool sampledOnDevice(const SampleGrid& grid, float* out, const std::stop_token& stop);
   void measureReach();
   void selectNear(const Affine3& pixelToModel, int nx, int ny);
 

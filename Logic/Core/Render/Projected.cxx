@@ -6,15 +6,15 @@
 
 namespace innergs {
 
-ProjectionFrame projectionFrame(const Lattice& lattice) {
+ProjectionFrame projectionFrame(const SampleGrid& grid) {
   ProjectionFrame f;
-  const Affine3 inv = inverse(lattice.indexToModel);
+  const Affine3 inv = inverse(grid.indexToModel);
   for (int i = 0; i < 3; ++i) {
     f.offset[i] = inv.offset[i];
     for (int j = 0; j < 3; ++j) {
       f.inverse[3 * i + j] = inv.linear[i][j];
       f.toIndex[3 * i + j] = static_cast<float>(inv.linear[i][j]);
-      f.toModelT[3 * i + j] = static_cast<float>(lattice.indexToModel.linear[j][i]);
+      f.toModelT[3 * i + j] = static_cast<float>(grid.indexToModel.linear[j][i]);
     }
   }
   return f;
@@ -58,9 +58,9 @@ private:
 
 } // namespace
 
-void project(const GaussianField& field, std::span<const float> values, const Lattice& lattice,
+void project(const GaussianField& field, std::span<const float> values, const SampleGrid& grid,
              const ClosedFormPsf& psf, ThreadPool& pool, std::vector<Projected>& out, Selection selection) {
-  const ProjectionFrame frame = projectionFrame(lattice);
+  const ProjectionFrame frame = projectionFrame(grid);
   const ProjectionRules rules = rulesOf(field, psf, selection);
   out.resize(field.gaussians.size());
   pool.blocks(field.size(), 2048, [&](std::int64_t first, std::int64_t last) {
@@ -69,11 +69,11 @@ void project(const GaussianField& field, std::span<const float> values, const La
   });
 }
 
-void projectNear(const GaussianField& field, std::span<const float> values, const Lattice& lattice,
+void projectNear(const GaussianField& field, std::span<const float> values, const SampleGrid& grid,
                  const ClosedFormPsf& psf, ThreadPool& pool, std::vector<Projected>& out) {
-  const ProjectionFrame frame = projectionFrame(lattice);
+  const ProjectionFrame frame = projectionFrame(grid);
   const ProjectionRules rules = rulesOf(field, psf, Selection::Exact);
-  const PlaneReach reaches(frame, rules, lattice.z.front(), lattice.z.back());
+  const PlaneReach reaches(frame, rules, grid.z.front(), grid.z.back());
   Projected missed{};
   std::fill(std::begin(missed.half), std::end(missed.half), -1.f);
   out.resize(field.gaussians.size());
@@ -86,17 +86,17 @@ void projectNear(const GaussianField& field, std::span<const float> values, cons
   });
 }
 
-float edgeClearance(const Projected& p, const Lattice& lattice) {
+float edgeClearance(const Projected& p, const SampleGrid& grid) {
   const float* q = p.quadratic;
   float least = HUGE_VALF;
-  for (double z : lattice.z) {
+  for (double z : grid.z) {
     const float dz = planeOffset(p, z);
     if (std::fabs(dz) > p.half[2] + 1) continue;
-    for (int y = 0; y < lattice.ny; ++y) {
+    for (int y = 0; y < grid.ny; ++y) {
       const float dy = static_cast<float>(y - p.cell[1]) - p.fraction[1];
       if (std::fabs(dy) > p.half[1] + 1) continue;
       const float e0 = q[3] * dy * dy + q[4] * dy * dz + q[5] * dz * dz + p.log2Weight - p.log2Cut;
-      for (int x = 0; x < lattice.nx; ++x) {
+      for (int x = 0; x < grid.nx; ++x) {
         const float dx = static_cast<float>(x - p.cell[0]) - p.fraction[0];
         least = std::min(least, std::fabs(e0 + dx * (q[0] * dx + q[1] * dy + q[2] * dz)));
       }

@@ -1,27 +1,27 @@
 #pragma once
-#include "Core/Acquisition/Lattice.h"
+#include "Core/Acquisition/SampleGrid.h"
 #include "Core/Base/Parallel.h"
 #include "Core/Model/GaussianField.h"
 #include "Core/Render/Projection.h"
 
 namespace innergs {
 
-ProjectionFrame projectionFrame(const Lattice& lattice);
+ProjectionFrame projectionFrame(const SampleGrid& grid);
 
 /// `values`: replaces intensity and slope if not empty.
-void project(const GaussianField& field, std::span<const float> values, const Lattice& lattice,
+void project(const GaussianField& field, std::span<const float> values, const SampleGrid& grid,
              const ClosedFormPsf& psf, ThreadPool& pool, std::vector<Projected>& out,
              Selection selection = Selection::Exact);
 
-/// The same for Selection::Exact, but Gaussians whose cut-off ellipsoids miss the lattice's planes are only
-/// marked by negative half extents, which cover no plane. Saves time on a lattice that shows few of a field's
+/// The same for Selection::Exact, but Gaussians whose cut-off ellipsoids miss the grid's planes are only
+/// marked by negative half extents, which cover no plane. Saves time on a grid that shows few of a field's
 /// Gaussians, such as a posed slice.
-void projectNear(const GaussianField& field, std::span<const float> values, const Lattice& lattice,
+void projectNear(const GaussianField& field, std::span<const float> values, const SampleGrid& grid,
                  const ClosedFormPsf& psf, ThreadPool& pool, std::vector<Projected>& out);
 
-/// The smallest distance between any point of a lattice and the edge of the cut-off ellipsoid, in units of
+/// The smallest distance between any point of a grid and the edge of the cut-off ellipsoid, in units of
 /// the exponent. Gradients jump where a point crosses that edge, so devices with different rounding may
 /// differ where the clearance is near 0.
-float edgeClearance(const Projected& gaussian, const Lattice& lattice);
+float edgeClearance(const Projected& gaussian, const SampleGrid& grid);
 
 } // namespace innergs

@@ -6,7 +6,7 @@
 
 namespace innergs {
 
-/// One Gaussian in a lattice's index coordinates, ready for the kernels. The mean is cell + fraction, so that
+/// One Gaussian in a grid's index coordinates, ready for the kernels. The mean is cell + fraction, so that
 /// distances to voxels keep full float precision. Exponents are base 2: w·p = exp2(quadratic(d) +
 /// log2Weight).
 struct Projected {
@@ -24,13 +24,13 @@ struct Projected {
   float shiftXZ, square; // Method2: conditional mean of x per step of z; half edge of its square at dz = 0
 };
 
-/// Converts from the model frame to a lattice's indices, for projectGaussian().
+/// Converts from the model frame to a grid's indices, for projectGaussian().
 struct ProjectionFrame {
   float toIndex[9], toModelT[9]; // d(index)/d(model), (d(model)/d(index))ᵀ
   double inverse[9], offset[3];
 };
 
-/// Inputs of the projection that all Gaussians of a lattice share.
+/// Inputs of the projection that all Gaussians of a grid share.
 struct ProjectionRules {
   float radius2 = 0; // squared cut-off (Mahalanobis)
   Blending blending = Blending::Normalised;

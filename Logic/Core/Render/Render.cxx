@@ -5,7 +5,7 @@
 #include "Core/Image/Region.h"
 #include "Core/Model/FieldValue.h"
 #include "Core/Render/FieldDevice.h"
-#include "Core/Render/LatticeRenderer.h"
+#include "Core/Render/GridRenderer.h"
 #include "Core/Render/SliceComposition.h"
 
 #include <algorithm>
@@ -27,12 +27,12 @@ FieldValue::Options valueOptions(const RenderOptions& options) {
   return {options.values.empty(), options.scannerUnits, options.bounded};
 }
 
-/// Renders I at the points of a lattice, [plane][ny][nx], on the device of the options. Returns false if
+/// Renders I at the points of a grid, [plane][ny][nx], on the device of the options. Returns false if
 /// there is none or it fails; a device that failed is not tried again.
-bool renderedOnDevice(RenderOptions& options, const Lattice& lattice, const ClosedFormPsf& psf, float* out) {
+bool renderedOnDevice(RenderOptions& options, const SampleGrid& grid, const ClosedFormPsf& psf, float* out) {
   if (!options.device) return false;
   try {
-    options.device->renderLattice(lattice, psf, options.values, out, options.stop);
+    options.device->renderGrid(grid, psf, options.values, out, options.stop);
     return true;
   } catch (const Error& error) {
     if (error.code() == ErrorCode::Cancelled) throw;
@@ -47,15 +47,15 @@ void composeRendered(const Observation& o, int slice, const float* image, float*
   std::fill_n(out, o.sliceSize(), 0.f);
   for (int q = 0; q < o.perSlice; ++q) {
     const auto [plane, share] = o.subPlanes[static_cast<std::size_t>(slice) * o.perSlice + q];
-    const float* in = image + static_cast<std::size_t>(plane) * o.lattice.nx * o.lattice.ny;
-    for (int y = 0; y < o.lattice.ny; ++y, in += o.lattice.nx)
-      for (int x = 0; x < o.lattice.nx; ++x)
-        out[static_cast<std::size_t>(y) * o.lattice.stride() + x] += share * in[x];
+    const float* in = image + static_cast<std::size_t>(plane) * o.grid.nx * o.grid.ny;
+    for (int y = 0; y < o.grid.ny; ++y, in += o.grid.nx)
+      for (int x = 0; x < o.grid.nx; ++x)
+        out[static_cast<std::size_t>(y) * o.grid.stride() + x] += share * in[x];
   }
 }
 
-/// render() for one checked lattice.
-Volume renderLattice(const GaussianField& field, const GridGeometry& geometry, RenderOptions& options) {
+/// render() for one checked grid.
+Volume renderGrid(const GaussianField& field, const GridGeometry& geometry, RenderOptions& options) {
   ThreadPool pool(options.threads);
   pool.setStop(options.stop);
   const KernelSet& kernels = kernelSet(options.instructionSet, options.selection);
@@ -64,29 +64,29 @@ Volume renderLattice(const GaussianField& field, const GridGeometry& geometry, R
   const auto epsilon = static_cast<float>(field.epsilon);
   Volume volume{geometry, {}};
   volume.voxels.resize(geometry.voxelCount());
-  Lattice lattice = latticeOf(geometry, field.modelToWorld, 0, 0);
+  SampleGrid grid = sampleGridOf(geometry, field.modelToWorld, 0, 0);
   const int chunk = static_cast<int>(
-      std::clamp<std::int64_t>(kChunk / std::max<std::size_t>(1, lattice.planeSize()), 1, geometry.size[2]));
+      std::clamp<std::int64_t>(kChunk / std::max<std::size_t>(1, grid.planeSize()), 1, geometry.size[2]));
   std::vector<float> weights, numerators;
   for (std::int64_t first = 0; first < geometry.size[2]; first += chunk) {
     const std::int64_t last = std::min(geometry.size[2], first + chunk);
-    lattice = latticeOf(geometry, field.modelToWorld, first, last);
-    float* values = volume.voxels.data() + first * lattice.ny * lattice.nx;
-    const bool ready = renderedOnDevice(options, lattice, {}, values);
+    grid = sampleGridOf(geometry, field.modelToWorld, first, last);
+    float* values = volume.voxels.data() + first * grid.ny * grid.nx;
+    const bool ready = renderedOnDevice(options, grid, {}, values);
     if (!ready) {
-      weights.resize(lattice.planeSize() * chunk);
+      weights.resize(grid.planeSize() * chunk);
       numerators.resize(weights.size());
-      LatticeRenderer renderer(lattice, kernels, pool);
+      GridRenderer renderer(grid, kernels, pool);
       renderer.forward(field, options.values, weights.data(), numerators.data());
     }
-    pool.run((last - first) * lattice.ny, [&](std::int64_t row) {
-      const float* w = weights.data() + (ready ? 0 : row * lattice.stride());
-      const float* n = numerators.data() + (ready ? 0 : row * lattice.stride());
-      float* out = values + row * lattice.nx;
-      value.row(static_cast<double>(row % lattice.ny), static_cast<double>(first + row / lattice.ny),
-                lattice.nx, out, [&](int x) {
-                  return ready ? out[x] : normalised ? n[x] / (w[x] + epsilon) : n[x];
-                });
+    pool.run((last - first) * grid.ny, [&](std::int64_t row) {
+      const float* w = weights.data() + (ready ? 0 : row * grid.stride());
+      const float* n = numerators.data() + (ready ? 0 : row * grid.stride());
+      float* out = values + row * grid.nx;
+      value.row(static_cast<double>(row % grid.ny), static_cast<double>(first + row / grid.ny), grid.nx, out,
+                [&](int x) { return ready        ? out[x]
+                                    : normalised ? n[x] / (w[x] + epsilon)
+                                                 : n[x]; });
     });
   }
   return volume;
@@ -107,7 +107,7 @@ std::vector<std::uint8_t> supportedVoxels(const FieldValue& value, const Stack& 
   return inside;
 }
 
-/// Puts a block back into its lattice and fills the rest.
+/// Puts a block back into its grid and fills the rest.
 Volume embedded(const Volume& part, const IndexBlock& block, const GridGeometry& geometry, float fill) {
   Volume whole{geometry, std::vector<float>(static_cast<std::size_t>(geometry.voxelCount()), fill)};
   const float* in = part.voxels.data();
@@ -125,13 +125,13 @@ Volume render(const GaussianField& field, const GridGeometry& geometry, const Re
   RenderOptions options = given;
   checkGeometry(geometry, "The output grid");
   checkValues(field, options);
-  if (!options.bounded || field.support.voxels.empty()) return renderLattice(field, geometry, options);
+  if (!options.bounded || field.support.voxels.empty()) return renderGrid(field, geometry, options);
   const auto block = blockOver(geometry, boxOf(field.support.geometry));
   const float fill = FieldValue(field, {}, valueOptions(options)).outside();
   if (!block) return embedded({}, {}, geometry, fill);
-  if (block->size == geometry.size) return renderLattice(field, geometry, options);
-  return embedded(renderLattice(field, cropped(geometry, block->first, block->size), options), *block,
-                  geometry, fill);
+  if (block->size == geometry.size) return renderGrid(field, geometry, options);
+  return embedded(renderGrid(field, cropped(geometry, block->first, block->size), options), *block, geometry,
+                  fill);
 }
 
 Volume renderStack(const GaussianField& field, const Stack& stack, const RenderOptions& given) {
@@ -158,12 +158,12 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
                                           : projectToStack(field.residual, blank, pool);
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
   for (const Observation& o : observe(blank, field.modelToWorld, {}, closedForm)) {
-    weights.resize(o.lattice.bufferSize());
+    weights.resize(o.grid.bufferSize());
     slice.resize(o.sliceSize());
-    const bool ready = renderedOnDevice(options, o.lattice, o.psf, weights.data());
+    const bool ready = renderedOnDevice(options, o.grid, o.psf, weights.data());
     if (!ready) {
-      numerators.resize(o.lattice.bufferSize());
-      LatticeRenderer renderer(o.lattice, kernels, pool, o.psf);
+      numerators.resize(o.grid.bufferSize());
+      GridRenderer renderer(o.grid, kernels, pool, o.psf);
       renderer.forward(field, options.values, weights.data(), numerators.data());
     }
     for (int s = 0; s < o.slices; ++s) {
@@ -171,13 +171,12 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
         composeRendered(o, s, weights.data(), slice.data());
       else
         composeSlice(o, s, weights.data(), numerators.data(), field, slice.data());
-      std::size_t at = static_cast<std::size_t>(o.sourceSlice[s]) * o.lattice.nx * o.lattice.ny;
-      for (int y = 0; y < o.lattice.ny; ++y)
-        for (int x = 0; x < o.lattice.nx; ++x, ++at) {
+      std::size_t at = static_cast<std::size_t>(o.sourceSlice[s]) * o.grid.nx * o.grid.ny;
+      for (int y = 0; y < o.grid.ny; ++y)
+        for (int x = 0; x < o.grid.nx; ++x, ++at) {
           const float fine = residual.empty() || !std::isfinite(residual[at]) ? 0.f : residual[at];
           if (blank.observed.empty() || blank.observed[at])
-            volume.voxels[at] =
-                value.final(slice[static_cast<std::size_t>(y) * o.lattice.stride() + x] + fine);
+            volume.voxels[at] = value.final(slice[static_cast<std::size_t>(y) * o.grid.stride() + x] + fine);
         }
     }
   }

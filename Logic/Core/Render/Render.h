@@ -21,13 +21,13 @@ struct RenderOptions {
   std::shared_ptr<FieldDevice> device; // holds the same field; if null or if it fails: the CPU
 };
 
-/// The field at every voxel centre of a lattice (thin: no slice profile). Any lattice: oblique, single-slice,
+/// The field at every voxel centre of a grid (thin: no slice profile). Any grid: oblique, single-slice,
 /// left-handed.
 /// Outside the field's domain I = 0; outside the support of a masked field, its fill value. Alpha blending:
-/// as slices normal to the lattice's third axis.
+/// as slices normal to the grid's third axis.
 Volume render(const GaussianField& field, const GridGeometry& geometry, const RenderOptions& options = {});
 
-/// The field as a scanner would see it: on the stack's lattice, integrated over its slice profile; the fill
+/// The field as a scanner would see it: on the stack's grid, integrated over its slice profile; the fill
 /// value where a voxel's centre lies outside the support.
 Volume renderStack(const GaussianField& field, const Stack& stack, const RenderOptions& options = {});
 

@@ -13,8 +13,8 @@
 namespace innergs {
 namespace {
 
-/// Gaussians listed by the cells of a coarse grid (cell = 1 index unit of `lattice`) that their ellipsoid's
-/// box touches.
+/// Gaussians listed by the cells of a coarse grid (cell = 1 index unit of the rendered one) that their
+/// ellipsoid's box touches.
 struct CellLists {
   std::int64_t size[3];
   std::vector<std::int64_t> start;
@@ -129,14 +129,14 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
   const double extent = std::max(bounds.longestSide(), 1e-3);
   // About eight cells per point, so that few points do not pay for the lists of a fine grid.
   const double cell = extent / std::clamp(2 * std::cbrt(static_cast<double>(points.size())), 1.0, 64.0);
-  Lattice lattice;
-  lattice.indexToModel.linear = diagonal({cell, cell, cell});
-  lattice.indexToModel.offset = bounds.low;
+  SampleGrid grid;
+  grid.indexToModel.linear = diagonal({cell, cell, cell});
+  grid.indexToModel.offset = bounds.low;
   std::int64_t cells[3];
   for (int a = 0; a < 3; ++a)
     cells[a] = static_cast<std::int64_t>((bounds.high[a] - bounds.low[a]) / cell) + 1;
   std::vector<Projected> projected;
-  project(field, options.values, lattice, {}, pool, projected);
+  project(field, options.values, grid, {}, pool, projected);
   const CellLists lists(projected, cells);
   pool.blocks(static_cast<std::int64_t>(points.size()), 1024, [&](std::int64_t first, std::int64_t last) {
     PointBlend blend(field);

@@ -5,7 +5,7 @@
 
 namespace innergs {
 
-struct LatticeView {
+struct GridView {
   int nx, ny, nz, stride;
   const double* z; // plane positions, index units
 };
@@ -16,23 +16,23 @@ struct TileRange {
 };
 
 /// The first plane at or above `position`: guessed from even spacing, then corrected step by step.
-INNERGS_HD inline int firstPlane(const LatticeView& lattice, double position) {
-  const double span = lattice.z[lattice.nz - 1] - lattice.z[0];
-  const double guess = span > 0 ? (position - lattice.z[0]) * (lattice.nz - 1) / span : 0.0;
-  int k = guess > 0 ? static_cast<int>(math::least(guess, static_cast<double>(lattice.nz))) : 0;
-  while (k > 0 && lattice.z[k - 1] >= position)
+INNERGS_HD inline int firstPlane(const GridView& grid, double position) {
+  const double span = grid.z[grid.nz - 1] - grid.z[0];
+  const double guess = span > 0 ? (position - grid.z[0]) * (grid.nz - 1) / span : 0.0;
+  int k = guess > 0 ? static_cast<int>(math::least(guess, static_cast<double>(grid.nz))) : 0;
+  while (k > 0 && grid.z[k - 1] >= position)
     --k;
-  while (k < lattice.nz && lattice.z[k] < position)
+  while (k < grid.nz && grid.z[k] < position)
     ++k;
   return k;
 }
 
 /// The planes that the selection covers: [first, last).
-INNERGS_HD inline void planeRange(const Projected& g, const LatticeView& lattice, int& first, int& last) {
+INNERGS_HD inline void planeRange(const Projected& g, const GridView& grid, int& first, int& last) {
   const double centre = g.cell[2] + static_cast<double>(g.fraction[2]);
-  first = firstPlane(lattice, centre - g.half[2]);
+  first = firstPlane(grid, centre - g.half[2]);
   last = first;
-  while (last < lattice.nz && lattice.z[last] <= centre + g.half[2])
+  while (last < grid.nz && grid.z[last] <= centre + g.half[2])
     ++last;
 }
 

@@ -55,11 +55,11 @@ HWY_INLINE void addSums([[maybe_unused]] D d, const V (&v)[8], float* out) {
 /// dy·(e1 + dy·q3) of row dy.
 template <Selection selection>
 struct PlanePart {
-  HWY_INLINE PlanePart(D d, const Projected& gaussian, const LatticeView& lattice, const TileRange& tile)
-      : g(gaussian), lanes(static_cast<int>(hn::Lanes(d))), dz(planeOffset(g, lattice.z[tile.k0])),
+  HWY_INLINE PlanePart(D d, const Projected& gaussian, const GridView& grid, const TileRange& tile)
+      : g(gaussian), lanes(static_cast<int>(hn::Lanes(d))), dz(planeOffset(g, grid.z[tile.k0])),
         box(planeBox<selection>(g, dz)) {
     if (!tileRows<selection>(g, dz, box, tile.y0, tile.y1, y0, y1)) return;
-    windows = HWY_NAMESPACE::windows(g, lattice, lanes);
+    windows = HWY_NAMESPACE::windows(g, grid, lanes);
     dy0 = static_cast<float>(y0 - g.cell[1]) - g.fraction[1];
   }
 
@@ -87,20 +87,20 @@ struct PlanePart {
 };
 
 template <Selection selection>
-void composite(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
-               const LatticeView& lattice, const TileRange& tile, float* transmittance, float* image) {
+void composite(const Projected* gaussians, const std::uint32_t* ids, std::size_t count, const GridView& grid,
+               const TileRange& tile, float* transmittance, float* image) {
   const D d;
   for (std::size_t n = 0; n < count; ++n) {
     prefetch(gaussians, ids, n, count);
     const Projected& g = gaussians[ids[n]];
-    const PlanePart<selection> part(d, g, lattice, tile);
+    const PlanePart<selection> part(d, g, grid, tile);
     if (part.y0 >= part.y1) continue;
     const V q3 = hn::Set(d, g.quadratic[3]), cut = hn::Set(d, g.cut), log2Cut = hn::Set(d, g.log2Cut);
     const V value = hn::Set(d, g.value);
     for (int j = 0; j < part.windows.count; ++j) {
       const auto [x0, dx, e0, e1, columns] = part.window(d, j);
-      std::size_t at = (static_cast<std::size_t>(tile.k0) * lattice.ny + part.y0) * lattice.stride + x0;
-      for (int y = 0; y < part.y1 - part.y0; ++y, at += lattice.stride) {
+      std::size_t at = (static_cast<std::size_t>(tile.k0) * grid.ny + part.y0) * grid.stride + x0;
+      for (int y = 0; y < part.y1 - part.y0; ++y, at += grid.stride) {
         const V dy = hn::Set(d, part.dy0 + static_cast<float>(y));
         const V e = hn::MulAdd(dy, hn::MulAdd(dy, q3, e1), e0);
         const V a = hn::IfThenElseZero(columns(hn::Ge(e, log2Cut)), hn::Sub(exp2(d, e), cut));
@@ -114,24 +114,24 @@ void composite(const Projected* gaussians, const std::uint32_t* ids, std::size_t
 
 template <Selection selection>
 void compositeBackward(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
-                       const LatticeView& lattice, const TileRange& tile, const float* r,
-                       float* transmittance, float* rest, math::PlaneMoments<float>* out) {
+                       const GridView& grid, const TileRange& tile, const float* r, float* transmittance,
+                       float* rest, math::PlaneMoments<float>* out) {
   const D d;
   const V zero = hn::Zero(d), one = hn::Set(d, 1.f);
   for (std::size_t n = 0; n < count; ++n) {
     out[n] = {};
     prefetch(gaussians, ids, n, count);
     const Projected& g = gaussians[ids[n]];
-    const PlanePart<selection> part(d, g, lattice, tile);
+    const PlanePart<selection> part(d, g, grid, tile);
     if (part.y0 >= part.y1) continue;
     const V q3 = hn::Set(d, g.quadratic[3]), cut = hn::Set(d, g.cut), log2Cut = hn::Set(d, g.log2Cut);
     const V value = hn::Set(d, g.value);
     for (int j = 0; j < part.windows.count; ++j) {
       const auto [x0, dx, e0, e1, columns] = part.window(d, j);
       V m0 = zero, n0 = zero, s = zero, sy = zero, syy = zero;
-      std::size_t at = (static_cast<std::size_t>(tile.k0) * lattice.ny + part.y0) * lattice.stride + x0;
-      std::size_t local = static_cast<std::size_t>(part.y0 - tile.y0) * lattice.stride + x0;
-      for (int y = 0; y < part.y1 - part.y0; ++y, at += lattice.stride, local += lattice.stride) {
+      std::size_t at = (static_cast<std::size_t>(tile.k0) * grid.ny + part.y0) * grid.stride + x0;
+      std::size_t local = static_cast<std::size_t>(part.y0 - tile.y0) * grid.stride + x0;
+      for (int y = 0; y < part.y1 - part.y0; ++y, at += grid.stride, local += grid.stride) {
         const V dy = hn::Set(d, part.dy0 + static_cast<float>(y));
         const V e = hn::MulAdd(dy, hn::MulAdd(dy, q3, e1), e0);
         const auto inside = columns(hn::Ge(e, log2Cut));

@@ -13,22 +13,22 @@ namespace innergs::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template <Selection selection>
-void accumulate(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
-                const LatticeView& lattice, const TileRange& tile, float* weights, float* numerators) {
+void accumulate(const Projected* gaussians, const std::uint32_t* ids, std::size_t count, const GridView& grid,
+                const TileRange& tile, float* weights, float* numerators) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const V lane = hn::Iota(d, 0.f);
   for (std::size_t n = 0; n < count; ++n) {
     const Projected& g = gaussians[ids[n]];
     int k0, k1;
-    planeRange(g, lattice, k0, k1);
+    planeRange(g, grid, k0, k1);
     k0 = std::max(k0, tile.k0);
     k1 = std::min(k1, tile.k1);
-    const Windows w = windows(g, lattice, lanes);
+    const Windows w = windows(g, grid, lanes);
     const V q0 = hn::Set(d, g.quadratic[0]), q3 = hn::Set(d, g.quadratic[3]);
     const V cut = hn::Set(d, g.cut), log2Cut = hn::Set(d, g.log2Cut), slopeY = hn::Set(d, g.slope[1]);
     for (int k = k0; k < k1; ++k) {
-      const float dz = planeOffset(g, lattice.z[k]);
+      const float dz = planeOffset(g, grid.z[k]);
       const PlaneBox box = planeBox<selection>(g, dz);
       int y0, y1;
       if (!tileRows<selection>(g, dz, box, tile.y0, tile.y1, y0, y1)) continue;
@@ -41,8 +41,8 @@ void accumulate(const Projected* gaussians, const std::uint32_t* ids, std::size_
         const V e1 = hn::MulAdd(dx, hn::Set(d, g.quadratic[1]), hn::Set(d, g.quadratic[4] * dz));
         const V value0 = hn::MulAdd(dx, hn::Set(d, g.slope[0]), hn::Set(d, g.value + g.slope[2] * dz));
         const Columns<selection> columns(d, g, box, dx);
-        std::size_t at = (static_cast<std::size_t>(k) * lattice.ny + y0) * lattice.stride + x0;
-        for (int y = 0; y < y1 - y0; ++y, at += lattice.stride) {
+        std::size_t at = (static_cast<std::size_t>(k) * grid.ny + y0) * grid.stride + x0;
+        for (int y = 0; y < y1 - y0; ++y, at += grid.stride) {
           const V dy = hn::Set(d, dy0 + static_cast<float>(y));
           const V e = hn::MulAdd(dy, hn::MulAdd(dy, q3, e1), e0);
           const V p = hn::IfThenElseZero(columns(hn::Ge(e, log2Cut)), hn::Sub(exp2(d, e), cut));
@@ -56,14 +56,14 @@ void accumulate(const Projected* gaussians, const std::uint32_t* ids, std::size_
 }
 
 template <Selection selection>
-void gather(const Projected& g, const LatticeView& lattice, const float* f0, const float* f1,
+void gather(const Projected& g, const GridView& grid, const float* f0, const float* f1,
             math::Moments<float>& out) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const V lane = hn::Iota(d, 0.f), zero = hn::Zero(d);
   int k0, k1;
-  planeRange(g, lattice, k0, k1);
-  const Windows w = windows(g, lattice, lanes);
+  planeRange(g, grid, k0, k1);
+  const Windows w = windows(g, grid, lanes);
   const V q0 = hn::Set(d, g.quadratic[0]), q3 = hn::Set(d, g.quadratic[3]);
   const V cut = hn::Set(d, g.cut), log2Cut = hn::Set(d, g.log2Cut), slopeY = hn::Set(d, g.slope[1]);
   for (int j = 0; j < w.count; ++j) {
@@ -76,10 +76,10 @@ void gather(const Projected& g, const LatticeView& lattice, const float* f0, con
     V m0 = zero, s = zero, sy = zero, sz = zero, syy = zero, syz = zero, szz = zero;
     V n = zero, ny = zero, nz = zero;
     for (int k = k0; k < k1; ++k) {
-      const float dz = planeOffset(g, lattice.z[k]);
+      const float dz = planeOffset(g, grid.z[k]);
       const PlaneBox box = planeBox<selection>(g, dz);
       int y0, y1;
-      if (!tileRows<selection>(g, dz, box, 0, lattice.ny, y0, y1)) continue;
+      if (!tileRows<selection>(g, dz, box, 0, grid.ny, y0, y1)) continue;
       const V e0 = hn::MulAdd(dx, hn::Set(d, g.quadratic[2] * dz),
                               hn::Add(dxq0, hn::Set(d, g.log2Weight + g.quadratic[5] * dz * dz)));
       const V e1 = hn::Add(dxq1, hn::Set(d, g.quadratic[4] * dz));
@@ -87,8 +87,8 @@ void gather(const Projected& g, const LatticeView& lattice, const float* f0, con
       const Columns<selection> columns(d, g, box, dx);
       const float dy0 = static_cast<float>(y0 - g.cell[1]) - g.fraction[1];
       V a0 = zero, a1 = zero, a2 = zero, b0 = zero, b1 = zero;
-      std::size_t at = (static_cast<std::size_t>(k) * lattice.ny + y0) * lattice.stride + x0;
-      for (int y = 0; y < y1 - y0; ++y, at += lattice.stride) {
+      std::size_t at = (static_cast<std::size_t>(k) * grid.ny + y0) * grid.stride + x0;
+      for (int y = 0; y < y1 - y0; ++y, at += grid.stride) {
         const V dy = hn::Set(d, dy0 + static_cast<float>(y));
         const V e = hn::MulAdd(dy, hn::MulAdd(dy, q3, e1), e0);
         const auto inside = columns(hn::Ge(e, log2Cut));

@@ -51,14 +51,14 @@ HWY_INLINE V reciprocal([[maybe_unused]] D d, V x) {
 struct Windows {
   int first, count;
 };
-HWY_INLINE Windows windows(const Projected& g, const LatticeView& lattice, int lanes) {
+HWY_INLINE Windows windows(const Projected& g, const GridView& grid, int lanes) {
   int c0, c1;
   columnRange(g, c0, c1);
   const std::int64_t cell = g.cell[0];
-  const int x0 = static_cast<int>(std::clamp<std::int64_t>(cell + c0, 0, lattice.nx));
-  const int x1 = static_cast<int>(std::clamp<std::int64_t>(cell + c1, 0, lattice.nx));
+  const int x0 = static_cast<int>(std::clamp<std::int64_t>(cell + c0, 0, grid.nx));
+  const int x1 = static_cast<int>(std::clamp<std::int64_t>(cell + c1, 0, grid.nx));
   const int count = (x1 - x0 + lanes - 1) / lanes;
-  return {std::min(x0, lattice.stride - lanes * count), count};
+  return {std::min(x0, grid.stride - lanes * count), count};
 }
 
 template <Selection selection>

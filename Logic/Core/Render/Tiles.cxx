@@ -5,33 +5,33 @@ namespace {
 constexpr std::int64_t kGaussiansPerTask = 8192; // fixed, so the order never depends on the threads
 } // namespace
 
-Tiles::Tiles(const LatticeView& lattice, int planesPerTile) {
-  planes_ = std::min(planesPerTile, lattice.nz);
-  tilesZ_ = (lattice.nz + planes_ - 1) / planes_;
-  rows_ = tilesZ_ >= 12 ? std::max(1, lattice.ny) : std::clamp(lattice.ny * tilesZ_ / 24, 16, 64);
-  tilesY_ = (lattice.ny + rows_ - 1) / rows_;
+Tiles::Tiles(const GridView& grid, int planesPerTile) {
+  planes_ = std::min(planesPerTile, grid.nz);
+  tilesZ_ = (grid.nz + planes_ - 1) / planes_;
+  rows_ = tilesZ_ >= 12 ? std::max(1, grid.ny) : std::clamp(grid.ny * tilesZ_ / 24, 16, 64);
+  tilesY_ = (grid.ny + rows_ - 1) / rows_;
 }
 
-TileRange Tiles::range(std::int64_t tile, const LatticeView& lattice) const {
+TileRange Tiles::range(std::int64_t tile, const GridView& grid) const {
   const int ty = static_cast<int>(tile % tilesY_), tz = static_cast<int>(tile / tilesY_);
-  return {ty * rows_, std::min(lattice.ny, (ty + 1) * rows_), tz * planes_,
-          std::min(lattice.nz, (tz + 1) * planes_)};
+  return {ty * rows_, std::min(grid.ny, (ty + 1) * rows_), tz * planes_,
+          std::min(grid.nz, (tz + 1) * planes_)};
 }
 
-Tiles::Reach Tiles::find(const Projected& g, const LatticeView& lattice) const {
+Tiles::Reach Tiles::find(const Projected& g, const GridView& grid) const {
   const double x = g.cell[0] + static_cast<double>(g.fraction[0]),
                y = g.cell[1] + static_cast<double>(g.fraction[1]);
-  if (!(x + g.half[0] >= 0 && x - g.half[0] <= lattice.nx - 1)) return {};
-  if (!(y + g.half[1] >= 0 && y - g.half[1] <= lattice.ny - 1)) return {};
+  if (!(x + g.half[0] >= 0 && x - g.half[0] <= grid.nx - 1)) return {};
+  if (!(y + g.half[1] >= 0 && y - g.half[1] <= grid.ny - 1)) return {};
   int k0, k1;
-  planeRange(g, lattice, k0, k1);
+  planeRange(g, grid, k0, k1);
   if (k0 >= k1) return {};
   const int y0 = static_cast<int>(std::max(0.0, std::ceil(y - g.half[1]))) / rows_;
-  const int y1 = static_cast<int>(std::min<double>(lattice.ny - 1, std::floor(y + g.half[1]))) / rows_;
+  const int y1 = static_cast<int>(std::min<double>(grid.ny - 1, std::floor(y + g.half[1]))) / rows_;
   return {k0 / planes_, (k1 - 1) / planes_ + 1, y0, std::max(y0, y1 + 1)};
 }
 
-void Tiles::bin(std::span<const Projected> gaussians, const LatticeView& lattice, ThreadPool& pool) {
+void Tiles::bin(std::span<const Projected> gaussians, const GridView& grid, ThreadPool& pool) {
   const std::int64_t n = static_cast<std::int64_t>(gaussians.size()),
                      blocks = (n + kGaussiansPerTask - 1) / kGaussiansPerTask;
   const std::int64_t tiles = count();
@@ -46,7 +46,7 @@ void Tiles::bin(std::span<const Projected> gaussians, const LatticeView& lattice
   pool.run(blocks, [&](std::int64_t b) {
     std::int64_t* counts = cursor_.data() + b * tiles;
     for (std::int64_t i = b * kGaussiansPerTask; i < std::min(n, (b + 1) * kGaussiansPerTask); ++i) {
-      reach_[i] = find(gaussians[i], lattice);
+      reach_[i] = find(gaussians[i], grid);
       visit(i, [&](std::int64_t t) { ++counts[t]; });
     }
   });

@@ -3,15 +3,15 @@
 
 namespace innergs {
 
-/// A lattice divided into tiles (whole rows × some planes), each with the ascending list of Gaussians that
+/// A grid divided into tiles (whole rows × some planes), each with the ascending list of Gaussians that
 /// reach it. One task owns a tile, so a voxel's sum never depends on the number of threads.
 class Tiles {
 public:
-  explicit Tiles(const LatticeView& lattice, int planesPerTile = 8);
-  void bin(std::span<const Projected> gaussians, const LatticeView& lattice, ThreadPool& pool);
+  explicit Tiles(const GridView& grid, int planesPerTile = 8);
+  void bin(std::span<const Projected> gaussians, const GridView& grid, ThreadPool& pool);
 
   std::int64_t count() const { return static_cast<std::int64_t>(tilesY_) * tilesZ_; }
-  TileRange range(std::int64_t tile, const LatticeView& lattice) const;
+  TileRange range(std::int64_t tile, const GridView& grid) const;
   std::span<const std::uint32_t> members(std::int64_t tile) const {
     return {ids_.data() + start_[tile], static_cast<std::size_t>(start_[tile + 1] - start_[tile])};
   }
@@ -31,7 +31,7 @@ public:
   }
 
 private:
-  Reach find(const Projected& gaussian, const LatticeView& lattice) const;
+  Reach find(const Projected& gaussian, const GridView& grid) const;
 
   int rows_, planes_, tilesY_, tilesZ_;
   std::vector<std::int64_t> start_, cursor_;

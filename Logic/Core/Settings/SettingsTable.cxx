@@ -230,7 +230,7 @@ const std::vector<Setting>& settingsTable() {
                .usual = 35,
                .applies = refines}),
       Setting("nodeDistance", MEMBER(nodeDistance), Moving, tr("Distance of motion nodes"),
-              tr("Moving scans whose Gaussians move: distance between the nodes of the motion lattice, in "
+              tr("Moving scans whose Gaussians move: distance between the nodes of the motion grid, in "
                  "the finest spacing."),
               {.range = between(1, 100),
                .unit = tr("voxels"),

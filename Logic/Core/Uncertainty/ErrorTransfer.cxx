@@ -7,7 +7,7 @@
 #include "Core/Uncertainty/ErrorCurve.h"
 #include "Core/Uncertainty/LocalDetail.h"
 #include "Core/Uncertainty/SliceDistance.h"
-#include "Core/Uncertainty/SimulatedLattices.h"
+#include "Core/Uncertainty/SimulatedGrids.h"
 
 #include <algorithm>
 #include <cmath>
@@ -49,7 +49,7 @@ float mirrored(const Volume& volume, const Vec3& index) {
   return static_cast<float>(sum);
 }
 
-/// The lattice of what is scanned.
+/// The grid of what is scanned.
 struct Cube {
   GridGeometry grid;
   double margin; // mm beside its and the scans' faces that are not scored
@@ -125,7 +125,7 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
   const SliceOperator op(grid, pool);
   std::vector<Stack> scans;
   std::vector<GridGeometry> boxes;
-  for (Stack& scan : simulatedLattices(stacks, grid)) {
+  for (Stack& scan : simulatedGrids(stacks, grid)) {
     const auto& n = scan.image.geometry.size;
     if (n[2] < 3) continue;
     scan.image.voxels.assign(static_cast<std::size_t>(scan.image.geometry.voxelCount()), 0.f);

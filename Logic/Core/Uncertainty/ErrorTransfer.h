@@ -15,7 +15,7 @@ struct WithheldValue {
   int slice = 0;        // counts the withheld slices of all stacks
 };
 
-/// The volumes of two fits on one lattice: to all slices, and without some of them.
+/// The volumes of two fits on one grid: to all slices, and without some of them.
 struct FittedTwice {
   Volume whole, second;
   std::vector<WithheldValue> seen;
@@ -26,7 +26,7 @@ using FitTwice = std::function<FittedTwice(std::vector<Stack> stacks, const Grid
 /// Turns errors at withheld slices into errors of the volume that was fitted to all slices: their squares,
 /// without the noise, times a slope, plus an offset (what noise does to the volume), by distance to the
 /// slices. Found by simulation, where the truth is known: the volume, turned out of its axes, is scanned as
-/// the stacks scanned the patient (lattices, profiles, noise), in a cube around its detail, and fitted as
+/// the stacks scanned the patient (grids, profiles, noise), in a cube around its detail, and fitted as
 /// they were. Simulated slices agree with each other; of the squares of what real ones are missed by beyond
 /// that, half is taken for detail finer than the volume's, which the slope applies to, and half for motion
 /// and changes of intensity, which do not shrink where slices are nearer.

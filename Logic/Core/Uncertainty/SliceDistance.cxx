@@ -9,11 +9,11 @@
 namespace innergs {
 namespace {
 
-/// Maps voxels of the lattice to a slice's own indices, with K as the distance from its middle.
+/// Maps voxels of the grid to a slice's own indices, with K as the distance from its middle.
 struct SliceMap {
   const Stack* stack;
   std::int64_t slice;
-  Affine3 map; // lattice index → (i, j, slice distances)
+  Affine3 map; // grid index → (i, j, slice distances)
 };
 
 bool observedAt(const Stack& stack, std::int64_t i, std::int64_t j, std::int64_t k) {

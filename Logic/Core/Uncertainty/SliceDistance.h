@@ -4,7 +4,7 @@
 
 namespace innergs {
 
-/// How far each voxel of a lattice lies from the nearest observed slice: the distance along the slice's
+/// How far each voxel of a grid lies from the nearest observed slice: the distance along the slice's
 /// normal to its middle, as a share of half the slice distance. Infinite where no slice lies within 1.5 slice
 /// distances.
 std::vector<float> sliceDistances(const GridGeometry& grid, std::span<const Stack> stacks, ThreadPool& pool);

@@ -9,7 +9,7 @@ namespace innergs {
 struct Uncertainty {
   Volume
       deviation; // standard deviation, scanner units: the truth lies within 1.645 of it in 90 % of the voxels
-  std::vector<std::uint8_t> measured; // on the same lattice: 0 where no slice measured anything
+  std::vector<std::uint8_t> measured; // on the same grid: 0 where no slice measured anything
   double noise = 0;                   // of a single measured value beyond that, scanner units
   double coverage = 0;      // share of withheld voxels inside their 90 % intervals (NaN: unknown), in
   std::int64_t samples = 0; // that many voxels, of slices that the intervals were not learned from
@@ -17,7 +17,7 @@ struct Uncertainty {
 
 struct UncertaintyInput {
   const Volume& result;          // fitted to all slices
-  const Volume& second;          // fitted without the withheld ones, on any lattice
+  const Volume& second;          // fitted without the withheld ones, on any grid
   std::span<const Stack> stacks; // as they lie in the result
   std::span<const WithheldValue> seen;
   double noise = 0;     // standard deviation of the stacks' noise
@@ -30,7 +30,7 @@ struct UncertaintyInput {
 /// Error(Cancelled).
 Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool);
 
-/// A standard deviation on another lattice: interpolated inside its own, the largest value outside. Throws
+/// A standard deviation on another grid: interpolated inside its own, the largest value outside. Throws
 /// Error(Cancelled).
 Volume deviationOn(const GridGeometry& grid, const Volume& deviation, ThreadPool& pool);
 

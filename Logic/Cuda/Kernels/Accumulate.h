@@ -24,7 +24,7 @@ struct Accumulate {
   const std::uint32_t* ids;
   Pair* out;
 
-  INNERGS_HD static void stage(const Projected& g, const LatticeView& lattice, int x0, int y0, int k0, int n,
+  INNERGS_HD static void stage(const Projected& g, const GridView& grid, int x0, int y0, int k0, int n,
                                Shared& shared) {
     Staged& s = shared.staged[n];
     const int low[2] = {x0, y0};
@@ -44,7 +44,7 @@ struct Accumulate {
       s.slope[i] = g.slope[i];
     INNERGS_UNROLL
     for (int j = 0; j < kPlanes; ++j)
-      s.dz[j] = planeOffset(g, lattice.z[k0 + j < lattice.nz ? k0 + j : lattice.nz - 1]);
+      s.dz[j] = planeOffset(g, grid.z[k0 + j < grid.nz ? k0 + j : grid.nz - 1]);
   }
 
   /// low: relative to the brick's first point.
@@ -70,7 +70,7 @@ struct Accumulate {
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
-    const LatticeView& lattice = bricks.lattice;
+    const GridView& grid = bricks.grid;
     const int b = static_cast<int>(block.index()); // Passes::bin() ensures that it fits
     const int bx = b % bricks.nx * BrickReach::kX, by = b / bricks.nx % bricks.ny * BrickReach::kY,
               bz = b / bricks.nx / bricks.ny * BrickReach::kZ;
@@ -86,7 +86,7 @@ struct Accumulate {
       const int staged = static_cast<int>(math::least<std::int64_t>(kBatch, end - from));
       block.sync();
       block.forEachThread([&](int t) {
-        if (t < staged) stage(loaded(gaussians + ids[from + t]), lattice, bx, by, bz, t, shared);
+        if (t < staged) stage(loaded(gaussians + ids[from + t]), grid, bx, by, bz, t, shared);
       });
       block.sync();
       INNERGS_UNROLL
@@ -110,9 +110,9 @@ struct Accumulate {
       const int x = bx + warpX(t) + t % 8, y = by + warpY(t) + t % kWarp / 8;
       INNERGS_UNROLL
       for (int j = 0; j < kPlanes; ++j)
-        if (y < lattice.ny && bz + j < lattice.nz)
-          out[(static_cast<std::int64_t>(bz + j) * lattice.ny + y) * lattice.stride + x] = {
-              sums[t].v[2 * j], sums[t].v[2 * j + 1]};
+        if (y < grid.ny && bz + j < grid.nz)
+          out[(static_cast<std::int64_t>(bz + j) * grid.ny + y) * grid.stride + x] = {sums[t].v[2 * j],
+                                                                                      sums[t].v[2 * j + 1]};
     });
   }
 };

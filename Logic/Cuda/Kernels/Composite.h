@@ -14,10 +14,10 @@ struct Composite {
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
-    const LatticeView& lattice = tile.tiles.lattice;
+    const GridView& grid = tile.tiles.grid;
     const int b = static_cast<int>(block.index()); // Passes::bin() ensures that it fits
     const int left = tile.left(b), top = tile.top(b), plane = tile.plane(b);
-    const double z = lattice.z[plane];
+    const double z = grid.z[plane];
     typename Block::template PerThread<Pair> state;
     typename Block::template PerThread<bool> near;
     typename Block::template PerThread<std::uint32_t> mask[kGroups];
@@ -59,8 +59,7 @@ struct Composite {
     }
     block.forEachThread([&](int t) {
       const int x = left + AlphaTile::pointX(t), y = top + AlphaTile::pointY(t);
-      if (y < lattice.ny)
-        out[(static_cast<std::int64_t>(plane) * lattice.ny + y) * lattice.stride + x] = state[t];
+      if (y < grid.ny) out[(static_cast<std::int64_t>(plane) * grid.ny + y) * grid.stride + x] = state[t];
     });
   }
 };

@@ -35,10 +35,10 @@ struct CompositeBackward {
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     static_assert(sizeof(math::PlaneMoments<float>) == kSums * sizeof(float));
-    const LatticeView& lattice = tile.tiles.lattice;
+    const GridView& grid = tile.tiles.grid;
     const int b = static_cast<int>(block.index()); // Passes::bin() ensures that it fits
     const int left = tile.left(b), top = tile.top(b), plane = tile.plane(b);
-    const double z = lattice.z[plane];
+    const double z = grid.z[plane];
     typename Block::template PerThread<Pair> state; // transmittance, rest of I
     typename Block::template PerThread<float> r;
     typename Block::template PerThread<bool> near, active;
@@ -48,9 +48,9 @@ struct CompositeBackward {
     constexpr int kEach = kWarp / kSums; // lanes that hold the same sum
     block.forEachThread([&](int t) {
       const int x = left + AlphaTile::pointX(t), y = top + AlphaTile::pointY(t);
-      const bool inside = x < lattice.nx && y < lattice.ny;
+      const bool inside = x < grid.nx && y < grid.ny;
       const Pair at =
-          inside ? f[(static_cast<std::int64_t>(plane) * lattice.ny + y) * lattice.stride + x] : Pair{0, 0};
+          inside ? f[(static_cast<std::int64_t>(plane) * grid.ny + y) * grid.stride + x] : Pair{0, 0};
       r[t] = at.a;
       state[t] = {1.f, at.b};
     });

@@ -10,7 +10,7 @@ namespace innergs::cuda {
 struct GatherRows {
   static constexpr int kSums = 14, kLanes = 16; // math::Moments: m0, m1, m2, n0, n1; and two zeros
   using Sums = Lanes<float, kLanes>;
-  LatticeView lattice;
+  GridView grid;
   const Pair* f;
 
   /// The part of one row, before dy and dz are applied.
@@ -46,7 +46,7 @@ struct GatherRows {
   }
 
   INNERGS_HD int column(const Projected& g, int x) const {
-    return math::clamped(g.cell[0] + x, 0, lattice.nx); // within ±1.1e9: indexLimit(), projectGaussian()
+    return math::clamped(g.cell[0] + x, 0, grid.nx); // within ±1.1e9: indexLimit(), projectGaussian()
   }
 
   INNERGS_HD static void addRow(const Row& r, float dy, float dz, Sums& m) {
@@ -69,16 +69,16 @@ struct GatherRows {
   INNERGS_HD void visit(const Projected& g, int lane, int warp, int warps, Sums& m) const {
     const int bits = laneBits(g), lanes = 1 << bits, step = kWarp >> bits, across = lane & (lanes - 1);
     int k0, k1;
-    planeRange(g, lattice, k0, k1);
+    planeRange(g, grid, k0, k1);
     for (int k = k0 + warp; k < k1; k += warps) {
-      const float dz = planeOffset(g, lattice.z[k]);
+      const float dz = planeOffset(g, grid.z[k]);
       int r0, r1;
       if (!rowRange(g, dz, r0, r1)) continue;
-      const int y0 = math::clamped(g.cell[1] + r0, 0, lattice.ny),
-                y1 = math::clamped(g.cell[1] + r1, 0, lattice.ny);
+      const int y0 = math::clamped(g.cell[1] + r0, 0, grid.ny),
+                y1 = math::clamped(g.cell[1] + r1, 0, grid.ny);
       for (int y = y0 + (lane >> bits); y < y1; y += step) {
         const float dy = static_cast<float>(y - g.cell[1]) - g.fraction[1];
-        const Pair* line = f + (static_cast<std::int64_t>(k) * lattice.ny + y) * lattice.stride;
+        const Pair* line = f + (static_cast<std::int64_t>(k) * grid.ny + y) * grid.stride;
         addRow(row(g, dy, dz, line, across, lanes), dy, dz, m);
       }
     }

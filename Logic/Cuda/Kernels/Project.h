@@ -4,7 +4,7 @@
 
 namespace innergs::cuda {
 
-/// Projects Gaussians to a lattice's index coordinates. `values`: replaces intensity and slope if not null.
+/// Projects Gaussians to a grid's index coordinates. `values`: replaces intensity and slope if not null.
 struct Project {
   static constexpr int kThreads = 128;
   using Shared = Nothing;

@@ -9,7 +9,7 @@ namespace innergs::cuda {
 struct Finish {
   static constexpr int kThreads = 256;
   using Shared = Nothing;
-  LatticeView lattice;
+  GridView grid;
   const Pair* planes;
   Blending blending;
   float epsilon;
@@ -17,12 +17,11 @@ struct Finish {
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
-    forEachItem<kThreads>(block, static_cast<std::int64_t>(lattice.nz) * lattice.ny * lattice.nx,
-                          [&](std::int64_t i) {
-                            const std::int64_t row = quotient(i, lattice.nx);
-                            const Pair at = planes[row * lattice.stride + i - row * lattice.nx];
-                            out[i] = blending == Blending::Normalised ? at.b / (at.a + epsilon) : at.b;
-                          });
+    forEachItem<kThreads>(block, static_cast<std::int64_t>(grid.nz) * grid.ny * grid.nx, [&](std::int64_t i) {
+      const std::int64_t row = quotient(i, grid.nx);
+      const Pair at = planes[row * grid.stride + i - row * grid.nx];
+      out[i] = blending == Blending::Normalised ? at.b / (at.a + epsilon) : at.b;
+    });
   }
 };
 

@@ -19,10 +19,10 @@ INNERGS_HD inline double centreOf(const Projected& g, int axis) {
   return g.cell[axis] + static_cast<double>(g.fraction[axis]);
 }
 
-/// Bricks of a lattice, 16×8×4 points: one block of Accumulate owns one.
+/// Bricks of a grid, 16×8×4 points: one block of Accumulate owns one.
 struct BrickReach {
   static constexpr int kX = 16, kY = 8, kZ = 4;
-  LatticeView lattice;
+  GridView grid;
   int nx, ny, nz; // bricks
 
   INNERGS_HD std::int64_t count() const { return static_cast<std::int64_t>(nx) * ny * nz; }
@@ -31,7 +31,7 @@ struct BrickReach {
   template <class Visit>
   INNERGS_HD void visit(const Projected& g, Visit&& visit) const {
     int k0, k1, x0, x1, y0, y1;
-    planeRange(g, lattice, k0, k1);
+    planeRange(g, grid, k0, k1);
     if (k0 >= k1) return;
     cellRange(centreOf(g, 0), g.half[0], kX, nx, x0, x1);
     cellRange(centreOf(g, 1), g.half[1], kY, ny, y0, y1);
@@ -46,24 +46,24 @@ struct BrickReach {
 /// distance of the centre to the plane.
 struct TileReach {
   static constexpr int kEdge = 16;
-  LatticeView lattice;
+  GridView grid;
   int nx, ny; // tiles per plane
 
-  INNERGS_HD std::int64_t count() const { return static_cast<std::int64_t>(nx) * ny * lattice.nz; }
+  INNERGS_HD std::int64_t count() const { return static_cast<std::int64_t>(nx) * ny * grid.nz; }
 
   /// visit(key, distance of the plane)
   template <class Visit>
   INNERGS_HD void visit(const Projected& g, Visit&& visit) const {
     int k0, k1, x0, x1;
-    planeRange(g, lattice, k0, k1);
+    planeRange(g, grid, k0, k1);
     cellRange(centreOf(g, 0), g.half[0], kEdge, nx, x0, x1);
     for (int k = k0; k < k1 && x0 < x1; ++k) {
-      const float dz = planeOffset(g, lattice.z[k]);
+      const float dz = planeOffset(g, grid.z[k]);
       int r0, r1;
       if (!rowRange(g, dz, r0, r1)) continue;
       const std::int64_t low = math::most<std::int64_t>(0, static_cast<std::int64_t>(g.cell[1]) + r0);
       const std::int64_t high =
-          math::least<std::int64_t>(lattice.ny, static_cast<std::int64_t>(g.cell[1]) + r1) - 1;
+          math::least<std::int64_t>(grid.ny, static_cast<std::int64_t>(g.cell[1]) + r1) - 1;
       if (low > high) continue;
       const float depth = std::fabs(dz);
       std::uint32_t bits; // floats ≥ 0 sort like their bits

@@ -6,7 +6,7 @@
 
 namespace innergs::cuda {
 
-/// From the moments of one lattice to the gradient of the 16 parameters; adds unless it is the first lattice.
+/// From the moments of one grid to the gradient of the 16 parameters; adds unless it is the first grid.
 struct Chain {
   static constexpr int kThreads = 128;
   using Shared = Nothing;

@@ -35,7 +35,7 @@ protected:
 
 TEST_F(ModelCommandsTest, ResampleOnTheFittedGrid) {
   const Volume whole = result({"resample", path("m.innergs")}, "out/v.nrrd");
-  EXPECT_TRUE(sameLattice(whole.geometry, truth_.geometry));
+  EXPECT_TRUE(sameGrid(whole.geometry, truth_.geometry));
   const Volume fitted = readVolume(path("volume.nii"));
   ASSERT_EQ(whole.voxels.size(), fitted.voxels.size());
   for (std::size_t n = 0; n < whole.voxels.size(); ++n)
@@ -44,10 +44,10 @@ TEST_F(ModelCommandsTest, ResampleOnTheFittedGrid) {
 
 TEST_F(ModelCommandsTest, ResampleFinerOnReferenceAndFromPly) {
   const Volume fine = result({"resample", path("m.innergs"), "--spacing", "0.5"}, "out/fine.nii");
-  EXPECT_TRUE(sameLattice(fine.geometry, withSpacing(truth_.geometry, {0.5, 0.5, 0.5})));
+  EXPECT_TRUE(sameGrid(fine.geometry, withSpacing(truth_.geometry, {0.5, 0.5, 0.5})));
   const Volume same =
       result({"resample", path("m.innergs"), "--reference", path("out/fine.nii")}, "out/same.nii");
-  EXPECT_TRUE(sameLattice(same.geometry, fine.geometry));
+  EXPECT_TRUE(sameGrid(same.geometry, fine.geometry));
   for (std::size_t n = 0; n < same.voxels.size(); ++n)
     ASSERT_NEAR(same.voxels[n], fine.voxels[n], 0.01);
   const Volume ply = result({"resample", path("m.ply"), "--spacing", "0.5"}, "out/ply.nii");

@@ -132,7 +132,7 @@ TEST_F(ReconstructTest, WritesEverythingAskedFor) {
   const Volume volume = reconstruct({scan("scan.nii.gz", truth), "--gaussians", "3000", "--iterations", "40",
                                      "--save-model", path("out/m.innergs"), "--ply", path("out/m.ply"),
                                      "--report", path("out/r.json"), "--seed", "7", "--threads", "2"});
-  EXPECT_TRUE(sameLattice(volume.geometry, truth.geometry));
+  EXPECT_TRUE(sameGrid(volume.geometry, truth.geometry));
   EXPECT_GT(pooledPsnr(volume.voxels, truth.voxels, {}, 1000), 25);
 
   const Model model = readModel(path("out/m.innergs"));
@@ -230,14 +230,14 @@ TEST_F(ReconstructTest, ChoosesTheOutputGrid) {
   const Volume truth = phantom();
   const std::string image = scan("scan.nii", truth);
   const Volume coarse = reconstruct(quickly({image, "--spacing", "2,2,4"}));
-  EXPECT_TRUE(sameLattice(coarse.geometry, withSpacing(truth.geometry, {2, 2, 4})));
+  EXPECT_TRUE(sameGrid(coarse.geometry, withSpacing(truth.geometry, {2, 2, 4})));
 
   Volume reference = phantom({10, 11, 12});
   reference.geometry.direction = Mat3{};
   reference.geometry.direction[0][0] = -1; // left-handed
   reference.geometry.origin = truth.geometry.centre();
   const Volume onReference = reconstruct(quickly({image, "--reference", scan("reference.nrrd", reference)}));
-  EXPECT_TRUE(sameLattice(onReference.geometry, reference.geometry));
+  EXPECT_TRUE(sameGrid(onReference.geometry, reference.geometry));
 }
 
 TEST_F(ReconstructTest, RegionOfInterest) {
@@ -250,7 +250,7 @@ TEST_F(ReconstructTest, RegionOfInterest) {
   for (int a = 0; a < 3; ++a) {
     EXPECT_NEAR(part.geometry.centre()[a], c[a], 1);
     EXPECT_GE(part.geometry.size[a], 8);
-    EXPECT_LE(part.geometry.size[a], 13); // the box is rotated relative to the lattice
+    EXPECT_LE(part.geometry.size[a], 13); // the box is rotated relative to the grid
   }
 }
 

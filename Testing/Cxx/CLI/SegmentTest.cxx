@@ -23,7 +23,7 @@ protected:
     CommandTest::SetUp();
     const Volume scan = phantom();
     writeVolume(scan, path("scan.nii"));
-    // The left half of the lattice is the liver; a corner of the other half has two kidneys.
+    // The left half of the grid is the liver; a corner of the other half has two kidneys.
     labels_ = scan;
     const auto& n = scan.geometry.size;
     for (std::int64_t k = 0; k < n[2]; ++k)
@@ -55,7 +55,7 @@ TEST_F(SegmentTest, LearnsAnswersAndKeepsWhatItLearned) {
   ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
   EXPECT_NE(outcome.err.find("\"left kindey\" is kidney_left."), std::string::npos) << outcome.err;
   const Volume found = readVolume(path("out/found.seg.nrrd"));
-  ASSERT_TRUE(sameLattice(found.geometry, labels_.geometry));
+  ASSERT_TRUE(sameGrid(found.geometry, labels_.geometry));
   int wrong = 0;
   for (std::size_t v = 0; v < found.voxels.size(); ++v)
     wrong += (found.voxels[v] == 1) != (labels_.voxels[v] == 2) ||
@@ -65,7 +65,7 @@ TEST_F(SegmentTest, LearnsAnswersAndKeepsWhatItLearned) {
   // The same from the saved model, on another grid; without a side, the query returns both.
   expectSuccess(segment({"--query", "kidney", "--spacing", "2", "-o", path("out/coarse.nii"), "-q"}, false));
   const Volume coarse = readVolume(path("out/coarse.nii"));
-  EXPECT_TRUE(sameLattice(coarse.geometry, withSpacing(labels_.geometry, {2, 2, 2})));
+  EXPECT_TRUE(sameGrid(coarse.geometry, withSpacing(labels_.geometry, {2, 2, 2})));
   EXPECT_EQ(*std::max_element(coarse.voxels.begin(), coarse.voxels.end()), 2);
 
   expectSuccess(segment({"--query", "liver", "--score", path("out/score.nii"), "--threshold", "0.9",

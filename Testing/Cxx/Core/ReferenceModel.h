@@ -7,7 +7,7 @@
 #include <vector>
 
 /// A second implementation of the field, its slice profile and its losses, in double precision and by brute
-/// force: no lattice, no binning, no row limits. The engine's results are compared with it.
+/// force: no grid, no binning, no row limits. The engine's results are compared with it.
 namespace innergs::testing {
 
 /// A Gaussian's parameters in double precision, in the order of struct Gaussian.
@@ -140,18 +140,18 @@ inline std::vector<double> referenceSlices(const Observation& o, const GaussianF
   std::vector<ReferenceGaussian> gaussians;
   for (const Parameters& p : parameters)
     gaussians.emplace_back(p, field.blending, field.cutoff, o.psf.active ? o.psf.covariance : nullptr);
-  const Affine3 modelToIndex = inverse(o.lattice.indexToModel);
+  const Affine3 modelToIndex = inverse(o.grid.indexToModel);
   std::vector<std::vector<std::size_t>> orders;
-  for (double z : o.lattice.z)
+  for (double z : o.grid.z)
     orders.push_back(depthOrder(field, modelToIndex, z));
   std::vector<double> image;
   for (int s = 0; s < o.slices; ++s)
-    for (int y = 0; y < o.lattice.ny; ++y)
-      for (int x = 0; x < o.lattice.nx; ++x) {
+    for (int y = 0; y < o.grid.ny; ++y)
+      for (int x = 0; x < o.grid.nx; ++x) {
         double value = 0;
         for (int q = 0; q < o.perSlice; ++q) {
           const auto [plane, share] = o.subPlanes[static_cast<std::size_t>(s) * o.perSlice + q];
-          const Vec3 at = o.lattice.indexToModel({double(x), double(y), o.lattice.z[plane]});
+          const Vec3 at = o.grid.indexToModel({double(x), double(y), o.grid.z[plane]});
           value += share * blend(field, gaussians, orders[plane], at);
         }
         image.push_back(value);
@@ -183,13 +183,13 @@ inline double referenceSsimLoss(const double* image, const double* target, int n
 
 /// The loss of an observation for slices rendered by referenceSlices().
 inline double referenceLoss(const Observation& o, const LossKinds& kinds, const std::vector<double>& slices) {
-  const int nx = o.lattice.nx, ny = o.lattice.ny;
+  const int nx = o.grid.nx, ny = o.grid.ny;
   double loss = 0;
   std::vector<double> image(nx * ny), target(nx * ny);
   for (int s = 0; s < o.slices; ++s) {
     for (int y = 0; y < ny; ++y)
       for (int x = 0; x < nx; ++x) {
-        const std::size_t at = s * o.sliceSize() + static_cast<std::size_t>(y) * o.lattice.stride() + x;
+        const std::size_t at = s * o.sliceSize() + static_cast<std::size_t>(y) * o.grid.stride() + x;
         const int i = y * nx + x;
         target[i] = o.target[at];
         image[i] = o.weight[at] ? slices[static_cast<std::size_t>(s) * nx * ny + i] : target[i];

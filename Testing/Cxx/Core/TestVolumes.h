@@ -87,16 +87,16 @@ inline Volume randomVolume(const GridGeometry& geometry, double low, double high
                   [&](auto, auto, auto) { return low + (high - low) * (double(engine() >> 11) * 0x1p-53); });
 }
 
-/// Texture with a spectrum of about 1/f²: octaves of equal variance, random on lattices of 1.7 to 13.6 voxels
+/// Texture with a spectrum of about 1/f²: octaves of equal variance, random on grids of 1.7 to 13.6 voxels
 /// and interpolated between their points.
 inline Volume texture(const GridGeometry& geometry, std::uint64_t seed = 1) {
   std::vector<Volume> octaves;
   std::vector<double> cells;
   for (double cell = 1.7; cell < 16; cell *= 2) {
-    GridGeometry lattice = geometry;
-    for (std::int64_t& n : lattice.size)
+    GridGeometry grid = geometry;
+    for (std::int64_t& n : grid.size)
       n = static_cast<std::int64_t>(static_cast<double>(n) / cell) + 2;
-    octaves.push_back(randomVolume(lattice, -1, 1, seed * 100 + octaves.size()));
+    octaves.push_back(randomVolume(grid, -1, 1, seed * 100 + octaves.size()));
     cells.push_back(cell);
   }
   return volumeOf(geometry, [&](auto i, auto j, auto k) {

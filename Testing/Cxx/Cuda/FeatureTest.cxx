@@ -41,7 +41,7 @@ struct Start {
       model.codes.push_back(static_cast<float>(random(-1, 1)));
     for (std::size_t n = 0; n < phantom.field.gaussians.size() * static_cast<std::size_t>(channels); ++n)
       model.latents.push_back(static_cast<float>(random(-1, 1)));
-    const FeatureRenderer renderer(phantom.field, latticeOf(geometry, phantom.field.modelToWorld), pool);
+    const FeatureRenderer renderer(phantom.field, sampleGridOf(geometry, phantom.field.modelToWorld), pool);
     std::vector<std::uint8_t> chosen(phantom.field.gaussians.size(), 1);
     for (std::size_t g = 0; g < chosen.size(); g += 3)
       chosen[g] = 0;

@@ -4,9 +4,9 @@
 
 #include "Core/Fit/Densify.h"
 #include "Core/Render/FieldGradient.h"
+#include "Core/Render/GridRenderer.h"
 #include "Core/Render/Kernels.h"
 #include "Core/Render/KernelsScalar.h"
-#include "Core/Render/LatticeRenderer.h"
 #include "Cuda/Passes.h"
 
 #include <limits>
@@ -147,14 +147,14 @@ GaussianField fieldOf(const Case& c, const Stack& stack) {
 
 /// Removes Gaussians whose gradient depends on a single bit (edgeClearance()).
 void keepClear(GaussianField& field, const Observation& o) {
-  const ProjectionFrame frame = projectionFrame(o.lattice);
+  const ProjectionFrame frame = projectionFrame(o.grid);
   const ProjectionRules rules{static_cast<float>(field.cutoff * field.cutoff), field.blending,
                               field.linearIntensity, Selection::Exact, o.psf};
   const std::size_t all = field.gaussians.size();
   std::erase_if(field.gaussians, [&](const Gaussian& g) {
     Projected p;
     projectGaussian(g, nullptr, frame, rules, p);
-    return edgeClearance(p, o.lattice) < 2e-5f;
+    return edgeClearance(p, o.grid) < 2e-5f;
   });
   ASSERT_GE(field.gaussians.size(), all - all / 8);
 }
@@ -168,22 +168,22 @@ struct Computed {
 };
 
 /// Removes the row padding.
-std::vector<float> packed(const Lattice& lattice, const auto& at) {
+std::vector<float> packed(const SampleGrid& grid, const auto& at) {
   std::vector<float> out;
-  for (int row = 0; row < lattice.planes() * lattice.ny; ++row)
-    for (int x = 0; x < lattice.nx; ++x)
-      out.push_back(at(static_cast<std::size_t>(row) * lattice.stride() + x));
+  for (int row = 0; row < grid.planes() * grid.ny; ++row)
+    for (int x = 0; x < grid.nx; ++x)
+      out.push_back(at(static_cast<std::size_t>(row) * grid.stride() + x));
   return out;
 }
 
 Computed onTheCpu(const Observation& o, const GaussianField& field, const LossKinds& kinds) {
   ThreadPool pool(1);
   const KernelSet kernels = scalarKernels(Selection::Exact);
-  LatticeRenderer renderer(o.lattice, kernels, pool, o.psf);
-  std::vector<float> w(o.lattice.bufferSize()), n(w.size());
+  GridRenderer renderer(o.grid, kernels, pool, o.psf);
+  std::vector<float> w(o.grid.bufferSize()), n(w.size());
   Computed c;
   const auto pack = [&](const std::vector<float>& from) {
-    return packed(o.lattice, [&](std::size_t i) { return from[i]; });
+    return packed(o.grid, [&](std::size_t i) { return from[i]; });
   };
   renderer.forward(field, {}, w.data(), n.data());
   c.a = pack(w);
@@ -210,16 +210,16 @@ Computed onExecutor(cuda::Executor& executor, const Observation& o, const Gaussi
   for (const Observation::SubPlane& p : o.subPlanes)
     views.push_back({p.plane, p.weight});
   subPlanes.upload(views.data(), static_cast<std::int64_t>(views.size()));
-  const cuda::DevicePlanes planes(executor, o.lattice, 0, o.lattice.planes());
-  const std::int64_t points = static_cast<std::int64_t>(o.lattice.bufferSize());
+  const cuda::DevicePlanes planes(executor, o.grid, 0, o.grid.planes());
+  const std::int64_t points = static_cast<std::int64_t>(o.grid.bufferSize());
   Computed c;
   std::vector<cuda::Pair> pairs(points);
   const auto fetch = [&](std::vector<float>& a, std::vector<float>& b) {
     executor.download(pairs.data(), passes.planes(), points * sizeof(cuda::Pair));
-    a = packed(o.lattice, [&](std::size_t i) { return pairs[i].a; });
-    b = packed(o.lattice, [&](std::size_t i) { return pairs[i].b; });
+    a = packed(o.grid, [&](std::size_t i) { return pairs[i].a; });
+    b = packed(o.grid, [&](std::size_t i) { return pairs[i].b; });
   };
-  passes.project(gaussians.data(), nullptr, field.size(), projectionFrame(o.lattice),
+  passes.project(gaussians.data(), nullptr, field.size(), projectionFrame(o.grid),
                  {static_cast<float>(field.cutoff * field.cutoff), field.blending, field.linearIntensity,
                   Selection::Exact, o.psf});
   passes.forward(planes, field.blending);
@@ -232,7 +232,7 @@ Computed onExecutor(cuda::Executor& executor, const Observation& o, const Gaussi
   passes.backward(planes, field.blending, false);
   gradient.reserve(16 * field.size());
   executor.runOver(cuda::Chain{gaussians.data(), passes.moments(), field.size(),
-                               chainRules(field.blending, field.linearIntensity, o.lattice, o.psf),
+                               chainRules(field.blending, field.linearIntensity, o.grid, o.psf),
                                gradient.data(), true},
                    field.size());
   c.gradient.resize(16 * field.gaussians.size());

@@ -3,9 +3,9 @@
 #include "TestVolumes.h"
 #include "ThrownError.h"
 
+#include "Core/Render/GridRenderer.h"
 #include "Core/Render/Kernels.h"
 #include "Core/Render/KernelsScalar.h"
-#include "Core/Render/LatticeRenderer.h"
 #include "Core/Render/Render.h"
 #include "Core/Render/RenderPoints.h"
 #include "Cuda/Field.h"
@@ -49,25 +49,25 @@ protected:
       all.push_back(static_cast<float>(random(-2, 5)));
     return all;
   }
-  static Lattice oblique(int nx, int ny, int nz) {
-    Lattice lattice;
-    lattice.indexToModel = {obliqueDirection(0.9, true) * diagonal({0.7, 0.8, 1.3}), {-9, 8, 5}};
-    lattice.nx = nx;
-    lattice.ny = ny;
+  static SampleGrid oblique(int nx, int ny, int nz) {
+    SampleGrid grid;
+    grid.indexToModel = {obliqueDirection(0.9, true) * diagonal({0.7, 0.8, 1.3}), {-9, 8, 5}};
+    grid.nx = nx;
+    grid.ny = ny;
     for (int k = 0; k < nz; ++k)
-      lattice.z.push_back(k + 0.1 * (k % 3));
-    return lattice;
+      grid.z.push_back(k + 0.1 * (k % 3));
+    return grid;
   }
-  std::vector<float> expectedOn(const GaussianField& f, const Lattice& lattice,
+  std::vector<float> expectedOn(const GaussianField& f, const SampleGrid& grid,
                                 const std::vector<float>& values) const {
     ThreadPool pool(1);
     const KernelSet kernels = scalarKernels(Selection::Exact);
-    LatticeRenderer renderer(lattice, kernels, pool);
-    std::vector<float> w(lattice.bufferSize()), n(w.size()), out;
+    GridRenderer renderer(grid, kernels, pool);
+    std::vector<float> w(grid.bufferSize()), n(w.size()), out;
     renderer.forward(f, values, w.data(), n.data());
-    for (int row = 0; row < lattice.planes() * lattice.ny; ++row)
-      for (int x = 0; x < lattice.nx; ++x) {
-        const std::size_t i = static_cast<std::size_t>(row) * lattice.stride() + x;
+    for (int row = 0; row < grid.planes() * grid.ny; ++row)
+      for (int x = 0; x < grid.nx; ++x) {
+        const std::size_t i = static_cast<std::size_t>(row) * grid.stride() + x;
         out.push_back(f.blending == Blending::Normalised ? n[i] / (w[i] + static_cast<float>(f.epsilon))
                                                          : n[i]);
       }
@@ -75,16 +75,16 @@ protected:
   }
 };
 
-TEST_P(Queries, RenderLatticesAsTheCpu) {
+TEST_P(Queries, RenderGridsAsTheCpu) {
   INNERGS_EXECUTOR_OR_SKIP(executor, std::get<0>(GetParam()));
   const GaussianField f = field();
   const std::vector<float> channel = values();
   cuda::Field device(std::move(executor), f);
   for (const auto& [nx, ny, nz] : {std::array{33, 29, 7}, std::array{64, 50, 1}, std::array{1, 1, 1}}) {
-    const Lattice lattice = oblique(nx, ny, nz);
+    const SampleGrid grid = oblique(nx, ny, nz);
     std::vector<float> found(static_cast<std::size_t>(nx) * ny * nz, -1.f);
-    device.renderLattice(lattice, {}, channel, found.data(), {});
-    EXPECT_LE(relativeError(found, expectedOn(f, lattice, channel)), kQueryTolerance)
+    device.renderGrid(grid, {}, channel, found.data(), {});
+    EXPECT_LE(relativeError(found, expectedOn(f, grid, channel)), kQueryTolerance)
         << nx << "x" << ny << "x" << nz;
   }
 }
@@ -123,8 +123,9 @@ TEST_P(Queries, StayInsideMaskAndRangeAsTheCpu) {
   cpu.threads = gpu.threads = 1;
   cpu.values = gpu.values = channel;
   gpu.device = std::make_shared<cuda::Field>(std::move(executor), f);
-  const GridGeometry lattice = grid(25, 23, 9, {0.9, 0.9, 1.7}, {-11, -9, -6}, obliqueDirection(0.3));
-  const std::vector<float> expected = render(f, lattice, cpu).voxels, found = render(f, lattice, gpu).voxels;
+  const GridGeometry geometry = grid(25, 23, 9, {0.9, 0.9, 1.7}, {-11, -9, -6}, obliqueDirection(0.3));
+  const std::vector<float> expected = render(f, geometry, cpu).voxels,
+                           found = render(f, geometry, gpu).voxels;
   const float outside = channel.empty() ? -50.f : 0.f;
   const auto filled = [&](const std::vector<float>& v) { return std::count(v.begin(), v.end(), outside); };
   EXPECT_GT(filled(expected), 1000);
@@ -165,27 +166,27 @@ INSTANTIATE_TEST_SUITE_P(Everywhere, Queries,
 TEST(FieldOnTheHostExecutor, TakesSmallerSlabsWhenMemoryIsShort) {
   Cloud cloud;
   const GaussianField f = randomField(100, cloud, 23);
-  Lattice lattice;
-  lattice.nx = 64;
-  lattice.ny = 64;
+  SampleGrid grid;
+  grid.nx = 64;
+  grid.ny = 64;
   for (int k = 0; k < 64; ++k)
-    lattice.z.push_back(k - 32);
-  lattice.indexToModel.offset = {-32, -32, 0};
+    grid.z.push_back(k - 32);
+  grid.indexToModel.offset = {-32, -32, 0};
   std::vector<float> whole(64 * 64 * 64), slabs(whole.size());
-  cuda::Field(cuda::makeHostExecutor(), f).renderLattice(lattice, {}, {}, whole.data(), {});
-  cuda::Field(cuda::makeHostExecutor(1 << 20), f).renderLattice(lattice, {}, {}, slabs.data(), {});
+  cuda::Field(cuda::makeHostExecutor(), f).renderGrid(grid, {}, {}, whole.data(), {});
+  cuda::Field(cuda::makeHostExecutor(1 << 20), f).renderGrid(grid, {}, {}, slabs.data(), {});
   EXPECT_EQ(whole, slabs);
   cuda::Field tiny(cuda::makeHostExecutor(1 << 15), f);
-  EXPECT_EQ(test::codeOf([&] { tiny.renderLattice(lattice, {}, {}, slabs.data(), {}); }), ErrorCode::Memory);
+  EXPECT_EQ(test::codeOf([&] { tiny.renderGrid(grid, {}, {}, slabs.data(), {}); }), ErrorCode::Memory);
 }
 
 /// A plane of n×n points through the middle of a Cloud.
-Lattice square(int n) {
-  Lattice lattice;
-  lattice.nx = lattice.ny = n;
-  lattice.z = {0};
-  lattice.indexToModel.offset = {-n / 2.0, -n / 2.0, 0};
-  return lattice;
+SampleGrid square(int n) {
+  SampleGrid grid;
+  grid.nx = grid.ny = n;
+  grid.z = {0};
+  grid.indexToModel.offset = {-n / 2.0, -n / 2.0, 0};
+  return grid;
 }
 
 TEST(FieldOnTheHostExecutor, IsWholeAfterAnyFailedAllocation) {
@@ -194,7 +195,7 @@ TEST(FieldOnTheHostExecutor, IsWholeAfterAnyFailedAllocation) {
   std::vector<float> expected[3];
   for (int i = 0; i < 3; ++i) {
     expected[i].resize(sizes[i] * sizes[i]);
-    cuda::Field(cuda::makeHostExecutor(), f).renderLattice(square(sizes[i]), {}, {}, expected[i].data(), {});
+    cuda::Field(cuda::makeHostExecutor(), f).renderGrid(square(sizes[i]), {}, {}, expected[i].data(), {});
   }
   bool all = false;
   for (int allocation = 1; !all; ++allocation) {
@@ -206,7 +207,7 @@ TEST(FieldOnTheHostExecutor, IsWholeAfterAnyFailedAllocation) {
     cuda::failAllocations(memory, allocation, 1);
     std::vector<float> found(expected[0].size());
     try {
-      field.renderLattice(square(sizes[0]), {}, {}, found.data(), {});
+      field.renderGrid(square(sizes[0]), {}, {}, found.data(), {});
       all = true;
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::Memory);
@@ -214,7 +215,7 @@ TEST(FieldOnTheHostExecutor, IsWholeAfterAnyFailedAllocation) {
     cuda::failAllocations(memory, 0, 0);
     for (int i : {1, 2, 0}) { // fewer pairs than there was room for, then more
       found.assign(expected[i].size(), -1.f);
-      field.renderLattice(square(sizes[i]), {}, {}, found.data(), {});
+      field.renderGrid(square(sizes[i]), {}, {}, found.data(), {});
       EXPECT_EQ(found, expected[i]) << sizes[i];
     }
   }

@@ -19,9 +19,9 @@ struct Rounding {
     for (std::int64_t i = 0; i < count; ++i)
       x[i] *= 1 + share * next();
   }
-  static void change(Pair* x, const LatticeView& lattice) {
-    for (std::int64_t row = 0; row < static_cast<std::int64_t>(lattice.nz) * lattice.ny; ++row)
-      change(&x[row * lattice.stride].a, 2 * lattice.nx, 3 * kUlp);
+  static void change(Pair* x, const GridView& grid) {
+    for (std::int64_t row = 0; row < static_cast<std::int64_t>(grid.nz) * grid.ny; ++row)
+      change(&x[row * grid.stride].a, 2 * grid.nx, 3 * kUlp);
   }
 
   template <class Kernel>
@@ -35,9 +35,9 @@ struct Rounding {
         change(&p.log2Weight, 1, kUlp);
       }
     } else if constexpr (std::is_same_v<Kernel, Accumulate>) {
-      change(kernel.out, kernel.bricks.lattice);
+      change(kernel.out, kernel.bricks.grid);
     } else if constexpr (std::is_same_v<Kernel, Composite>) {
-      change(kernel.out, kernel.tile.tiles.lattice);
+      change(kernel.out, kernel.tile.tiles.grid);
     } else if constexpr (std::is_same_v<Kernel, Gather> || std::is_same_v<Kernel, SumSlots>) {
       for (std::int64_t i = 0; i < kernel.count; ++i)
         change(&kernel.out[i].m0, 14, 8 * kUlp);

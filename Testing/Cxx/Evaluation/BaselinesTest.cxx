@@ -38,7 +38,7 @@ bool wellInside(const GridGeometry& image, const Vec3& world, double margin) {
 } // namespace
 
 // Boundary effects of the cubic spline decay by 0.27 per voxel; Lanczos is exact only for constants.
-TEST(Baselines, ReproduceRampsThroughAnyPairOfLattices) {
+TEST(Baselines, ReproduceRampsThroughAnyPairOfGrids) {
   const GridGeometry oblique = grid(30, 28, 26, {1, 1.2, 1.5}, {-20, 5, 60}, obliqueDirection(0.6));
   const GridGeometry leftHanded = grid(30, 28, 26, {1, 1.2, 1.5}, {-20, 5, 60}, obliqueDirection(0.6, true));
   for (const GridGeometry& image : {oblique, leftHanded}) {
@@ -86,7 +86,7 @@ TEST(Baselines, ConstantsStayConstantEverywhere) {
 }
 
 // The fast separable method must match ITK.
-TEST(Baselines, TwoSlicesAcrossAnObliqueLattice) {
+TEST(Baselines, TwoSlicesAcrossAnObliqueGrid) {
   const GridGeometry image = grid(12, 11, 2, {1, 1, 3});
   const Stack stack = stackOf(volumeInSpace(image, [](const Vec3&) { return 7.0; }));
   const GridGeometry oblique = grid(12, 11, 4, {1, 1, 1}, {0, 0, 0}, obliqueDirection(0.3));

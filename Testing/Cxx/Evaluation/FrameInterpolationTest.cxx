@@ -10,7 +10,7 @@ using namespace innergs;
 
 namespace {
 
-/// value(time) in every voxel of a small lattice.
+/// value(time) in every voxel of a small grid.
 template <class Value>
 TimeSeries uniform(const std::vector<double>& times, const Value& value) {
   TimeSeries series;

@@ -90,7 +90,7 @@ TEST(HeldOutProtocol, ThickInputsAreTheSimulatedStacksOfTheCutTruth) {
   EXPECT_EQ(heldOutInput(truth, c).truth.geometry.size, (std::array<std::int64_t, 3>{13, 14, 16}));
 }
 
-TEST(HeldOutProtocol, AxialSlicesAreFoundInAnyLattice) {
+TEST(HeldOutProtocol, AxialSlicesAreFoundInAnyGrid) {
   const Volume k = phantom(grid(16, 18, 20));
   // The same patient, stored with the axial direction along I.
   const Volume i = withSliceAxis(k, 0);

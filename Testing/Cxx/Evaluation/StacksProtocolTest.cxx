@@ -29,7 +29,7 @@ TEST(SimulatedStacks, AreThickStacksWhereNothingMoves) {
   const SimulatedStacks simulated = simulateStacks(head, c, pool);
   ASSERT_EQ(simulated.stacks.size(), 3u);
   const Stack plain = simulateThickStack(head, 2, 4);
-  EXPECT_TRUE(sameLattice(plain.image.geometry, simulated.stacks[0].image.geometry));
+  EXPECT_TRUE(sameGrid(plain.image.geometry, simulated.stacks[0].image.geometry));
   for (std::size_t v = 0; v < plain.image.voxels.size(); ++v)
     ASSERT_NEAR(plain.image.voxels[v], simulated.stacks[0].image.voxels[v], 0.01);
   EXPECT_EQ(simulated.poses[2][3], Affine3{});

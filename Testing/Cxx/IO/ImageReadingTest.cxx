@@ -174,7 +174,7 @@ TEST(ImageReading, RealByteOrderTypesAndNonFinite) {
   const Volume big = readVolume(dataFile("G_bigendian_int16.nii"));
   const Volume tiny = readVolume(dataFile("G_float64_tiny_values.nii.gz"));
   const Volume nan = readVolume(dataFile("G_nan_inf_float32.nii.gz"));
-  EXPECT_TRUE(sameLattice(plain.geometry, big.geometry));
+  EXPECT_TRUE(sameGrid(plain.geometry, big.geometry));
   std::int64_t nonFinite = 0;
   for (std::size_t n = 0; n < plain.voxels.size(); ++n) {
     ASSERT_NEAR(big.voxels[n], plain.voxels[n], 0.5);

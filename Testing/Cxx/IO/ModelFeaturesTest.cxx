@@ -26,7 +26,7 @@ FeatureModel featuresFor(const GaussianField& field, int channels = 16) {
   f.support.words = 1;
   for (std::uint32_t b = 0; b < 60; ++b)
     f.support.bits.push_back(b % 8);
-  f.residual.lattice = field.domain;
+  f.residual.grid = field.domain;
   f.residual.voxels = {3, 17};
   f.residual.ends = {1, 3};
   f.residual.entries = {ClassResidual::packed(1, 0.5f), ClassResidual::packed(0, -1),
@@ -74,7 +74,7 @@ TEST(ModelFeatures, RoundTripIsExact) {
     EXPECT_EQ(read->scale.knots, written.scale.knots);
     EXPECT_EQ(read->support.blocks, written.support.blocks);
     EXPECT_EQ(read->support.bits, written.support.bits);
-    EXPECT_EQ(read->residual.lattice, written.residual.lattice);
+    EXPECT_EQ(read->residual.grid, written.residual.grid);
     EXPECT_EQ(read->residual.voxels, written.residual.voxels);
     EXPECT_EQ(read->residual.ends, written.residual.ends);
     EXPECT_EQ(read->residual.entries, written.residual.entries);

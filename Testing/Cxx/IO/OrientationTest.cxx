@@ -143,7 +143,7 @@ TEST(Orientation, TwoProgramsAgree) {
   INNERGS_NEED("B_wrist01_LAVA_static.seg.nrrd");
   const Volume image = readVolume(dataFile("B_wrist01_LAVA_static.nii.gz"));
   const Mask mask = readMask(dataFile("B_wrist01_LAVA_static.seg.nrrd"));
-  EXPECT_TRUE(sameLattice(image.geometry, mask.geometry, 0.02));
+  EXPECT_TRUE(sameGrid(image.geometry, mask.geometry, 0.02));
 }
 
 } // namespace

@@ -50,7 +50,7 @@ TEST(TimeSeriesIO, WrittenFilesReadBackWithTimesAndGeometry) {
         EXPECT_EQ(writeTimeSeries(series, folder / name, type), "");
         const TimeSeries back = readTimeSeries(folder / name);
         EXPECT_EQ(back.frames, series.frames);
-        EXPECT_TRUE(sameLattice(back.geometry, series.geometry));
+        EXPECT_TRUE(sameGrid(back.geometry, series.geometry));
         expectTimes(back.times, times);
       }
 }
@@ -100,20 +100,20 @@ TEST(TimeSeriesIO, SliceTimesComeFromTheSidecar) {
 
 TEST(TimeSeriesIO, SliceTimesComeFromAFileThatIsChosen) {
   const TemporaryFolder folder;
-  GridGeometry lattice;
-  lattice.size = {5, 4, 3};
+  GridGeometry grid;
+  grid.size = {5, 4, 3};
   const auto read = [&](const char* name, const std::string& text) {
     writeBytes(folder / name, text);
-    return readSliceTiming(folder / name, lattice);
+    return readSliceTiming(folder / name, grid);
   };
   const SliceTiming expected{2, {0, 1, 0.5}};
   EXPECT_EQ(read("a.txt", "0\r\n1\n0.5\n"), expected);
   EXPECT_EQ(read("a.tsv", "[0, 1;\t5e-1]"), expected);
   EXPECT_EQ(read("a.json", R"({"SliceTiming": [0, 1, 0.5]})"), expected);
-  EXPECT_EQ(sliceTimingFrom("0 0 1 1", "j-", 2, lattice, "it"), (SliceTiming{1, {1, 1, 0, 0}}));
+  EXPECT_EQ(sliceTimingFrom("0 0 1 1", "j-", 2, grid, "it"), (SliceTiming{1, {1, 1, 0, 0}}));
   for (const auto& [name, text] : {std::pair{"b.txt", "0 1"}, {"b.txt", "0 1 later"}, {"b.json", "{}"}})
     EXPECT_THROW(read(name, text), Error) << text;
-  EXPECT_THROW(readSliceTiming(folder / "gone.txt", lattice), Error);
+  EXPECT_THROW(readSliceTiming(folder / "gone.txt", grid), Error);
 
   // Before what the scan says of itself, and where it says nothing.
   writeTimeSeries(ramp({0, 2, 4}), folder / "scan.nii.gz");
@@ -315,9 +315,9 @@ DynamicField smallField(DynamicKind kind) {
     initialise(field.network, 3);
     return field;
   }
-  field.lattice = latticeOver({-1, -1, -1}, {5, 5, 5}, {3, 3, 6});
+  field.motionGrid = motionGridOver({-1, -1, -1}, {5, 5, 5}, {3, 3, 6});
   field.motion = {0, 1.75, 5};
-  field.nodes.assign(field.lattice.nodes() * MotionLattice::kValues * 5, 0.125F);
+  field.nodes.assign(field.motionGrid.nodes() * MotionGrid::kValues * 5, 0.125F);
   field.own = {0, 1.75, 4};
   field.ownPath.assign(48, -0.5F);
   return field;
@@ -336,8 +336,8 @@ TEST(DynamicModelFile, ReadsBackAndIsNoStaticModel) {
     EXPECT_EQ(notes.at("Inputs"), "b.nii");
     EXPECT_EQ(back.kind, field.kind);
     EXPECT_EQ(back.times, field.times);
-    EXPECT_EQ(back.lattice.size, field.lattice.size);
-    EXPECT_EQ(back.lattice.origin, field.lattice.origin);
+    EXPECT_EQ(back.motionGrid.size, field.motionGrid.size);
+    EXPECT_EQ(back.motionGrid.origin, field.motionGrid.origin);
     EXPECT_EQ(back.motion, field.motion);
     EXPECT_EQ(back.own, field.own);
     EXPECT_EQ(back.change, field.change);

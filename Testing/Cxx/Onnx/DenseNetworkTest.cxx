@@ -82,7 +82,7 @@ TEST(DenseNetwork, CoarseFeaturesAndAnotherSpacing) {
   options.range = ValueRange{0, 1};
   options.spacing = 2;
   const EmbeddingVolume maps = applyNetwork(folder / "coarse.onnx", image, options);
-  EXPECT_TRUE(sameLattice(maps.geometry, withSpacing(image.geometry, {2, 2, 2})));
+  EXPECT_TRUE(sameGrid(maps.geometry, withSpacing(image.geometry, {2, 2, 2})));
   for (const float value : maps.channels.at(0))
     ASSERT_NEAR(value, 0.25f, 1e-6);
 }

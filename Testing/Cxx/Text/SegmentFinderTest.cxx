@@ -45,7 +45,7 @@ TEST(SegmentFinder, AQueryMakesOneSegmentOrOneEach) {
   EXPECT_TRUE(requested("bicycle").empty());
 }
 
-TEST(SegmentFinder, KnowsWhatALatticeDoesNotShow) {
+TEST(SegmentFinder, KnowsWhatAGridDoesNotShow) {
   const BoxPhantom phantom;
   SegmentFinder finder = finderOf(phantom);
   EXPECT_EQ(finder.probabilities(), nullptr);

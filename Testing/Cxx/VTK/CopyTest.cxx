@@ -39,7 +39,7 @@ TEST(Snapshot, CopiesOnlyWhatTheRegionNeeds) {
   for (const int axis : {2, 0}) {
     auto filter = quickFilter(input);
     filter->SetInputSliceAxis(0, axis);
-    // Along the lattice's axes: the block is the box plus its margin of two slices.
+    // Along the grid's axes: the block is the box plus its margin of two slices.
     filter->SetRegion(-20, 20, -15, 15, -10, 10);
     filter->SetRegionToRASMatrix(rasMatrix(Affine3{g.direction, c}));
     filter->UseRegionOn();
@@ -53,7 +53,7 @@ TEST(Snapshot, OfATurnedRegionMarksWhatIsInsideAByteAVoxel) {
   auto filter = quickFilter(input);
   const Vec3 c = g.centre();
   filter->SetRegion(-c[0] - 15, -c[0] + 15, -c[1] - 12, -c[1] + 12, c[2] - 12,
-                    c[2] + 12); // oblique to the lattice
+                    c[2] + 12); // oblique to the grid
   filter->UseRegionOn();
   const double block = static_cast<double>(
       cropped(g, Region{{c[0] - 15, c[1] - 12, c[2] - 12}, {c[0] + 15, c[1] + 12, c[2] + 12}}, 2)

@@ -233,7 +233,7 @@ TEST(Dynamic, WhatIsWrongIsOneSentence) {
   EXPECT_NE(with([&](auto* f) {
               f->SetFrameTime(3, 9);
               f->AddInputData(plainImage(volumeOf(grid(3, 3, 3), [](int, int, int) { return 1.f; })));
-            }).find("another lattice"),
+            }).find("another grid"),
             std::string::npos);
   EXPECT_NE(with([&](auto* f) {
               f->ClearInputs();

@@ -17,7 +17,7 @@
 /// VTK objects made from the engine's, with a separate implementation of the LPS–RAS conversion.
 namespace innergs::testing {
 
-/// IJK → RAS of a lattice: the first two rows of IJK → LPS negated.
+/// IJK → RAS of a grid: the first two rows of IJK → LPS negated.
 inline vtkSmartPointer<vtkMatrix4x4> rasMatrix(const Affine3& lps) {
   auto matrix = vtkSmartPointer<vtkMatrix4x4>::New();
   for (int r = 0; r < 3; ++r) {

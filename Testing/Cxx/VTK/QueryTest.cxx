@@ -60,7 +60,7 @@ protected:
 };
 
 TEST_P(Query, APlaneHasTheEnginesValues) {
-  // The plane's pixels as a lattice of one slice.
+  // The plane's pixels as a grid of one slice.
   const GridGeometry pixels = grid(41, 33, 1, {0.4, 0.5, 1}, field.modelToWorld({-5, -4, 0.3}), direction);
   const std::vector<float> expected = render(field, pixels).voxels;
   vtkNew<vtkInnerGSPlaneQuery> query;
@@ -273,20 +273,20 @@ TEST(PlaneQuery, ShowsTheStandardDeviationAndWhereNothingWasMeasured) {
   query->SetDimensions(12, 10);
   query->SetSpacing(1, 1);
   query->CentredOff();
-  const GridGeometry lattice = grid(9, 8, 7, {1.5, 1.5, 2}, {1, 2, 3}, obliqueDirection(0.4));
+  const GridGeometry geometry = grid(9, 8, 7, {1.5, 1.5, 2}, {1, 2, 3}, obliqueDirection(0.4));
   const auto ramp = [](double i, double j, double k) { return 4 + i + 2 * j + 3 * k; };
   Volume values =
-      volumeOf(lattice, [&](auto i, auto j, auto k) { return ramp(double(i), double(j), double(k)); });
+      volumeOf(geometry, [&](auto i, auto j, auto k) { return ramp(double(i), double(j), double(k)); });
   vtkNew<vtkUnsignedCharArray> measured;
   measured->SetName("Measured");
-  for (std::int64_t v = 0; v < lattice.voxelCount(); ++v)
+  for (std::int64_t v = 0; v < geometry.voxelCount(); ++v)
     measured->InsertNextValue(v / 72 != 3); // not the fourth slice
-  // A plane across the lattice's I and K, from beside its first row to beside its last.
-  GridGeometry plane = grid(12, 10, 1, {1, 1, 1}, lattice.indexToWorld()({-1, 3.25, -0.4}));
+  // A plane across the grid's I and K, from beside its first row to beside its last.
+  GridGeometry plane = grid(12, 10, 1, {1, 1, 1}, geometry.indexToWorld()({-1, 3.25, -0.4}));
   for (int r = 0; r < 3; ++r) {
-    plane.direction[r][0] = lattice.direction[r][0];
-    plane.direction[r][1] = lattice.direction[r][2];
-    plane.direction[r][2] = lattice.direction[r][1];
+    plane.direction[r][0] = geometry.direction[r][0];
+    plane.direction[r][1] = geometry.direction[r][2];
+    plane.direction[r][2] = geometry.direction[r][1];
   }
   query->SetPlaneToRASMatrix(rasMatrix(plane));
   query->Update();
@@ -296,7 +296,7 @@ TEST(PlaneQuery, ShowsTheStandardDeviationAndWhereNothingWasMeasured) {
     const auto image = plainImage(values, type);
     image->GetPointData()->AddArray(measured);
     query->SetStandardDeviationData(image);
-    query->SetStandardDeviationIJKToRASMatrix(rasMatrix(lattice));
+    query->SetStandardDeviationIJKToRASMatrix(rasMatrix(geometry));
     query->Update(1);
     ASSERT_EQ(query->GetErrorMessage(), "");
     EXPECT_EQ(valuesOf(query->GetOutput()), intensity);
@@ -305,7 +305,7 @@ TEST(PlaneQuery, ShowsTheStandardDeviationAndWhereNothingWasMeasured) {
     ASSERT_EQ(deviation.size(), intensity.size());
     vtkDataArray* marks = shown->GetPointData()->GetArray("Measured");
     ASSERT_NE(marks, nullptr);
-    const Affine3 toIndex = inverse(lattice.indexToWorld()) * plane.indexToWorld();
+    const Affine3 toIndex = inverse(geometry.indexToWorld()) * plane.indexToWorld();
     int outside = 0, unmeasured = 0;
     for (int y = 0; y < 10; ++y)
       for (int x = 0; x < 12; ++x) {

@@ -183,12 +183,12 @@ TEST(ReconstructFilter, MasksEachInputByItsOwn) {
   input.stacks.push_back(input.stacks[0]);
   auto filter = quickFilter(input);
   for (int s = 0; s < 2; ++s) {
-    const GridGeometry lattice = withSpacing(input.stacks[0].image.geometry, {1.7, 1.7, 1.7});
-    const double face = lattice.centre()[0] + 0.37 + 4 * s;
-    const Volume inside = volumeInSpace(lattice, [&](const Vec3& x) { return x[0] < face ? 1 : 0; });
-    input.masks.push_back({lattice, {inside.voxels.begin(), inside.voxels.end()}});
+    const GridGeometry grid = withSpacing(input.stacks[0].image.geometry, {1.7, 1.7, 1.7});
+    const double face = grid.centre()[0] + 0.37 + 4 * s;
+    const Volume inside = volumeInSpace(grid, [&](const Vec3& x) { return x[0] < face ? 1 : 0; });
+    input.masks.push_back({grid, {inside.voxels.begin(), inside.voxels.end()}});
     filter->AddMaskData(plainImage(inside, VTK_UNSIGNED_CHAR));
-    filter->SetMaskIJKToRASMatrix(s, rasMatrix(lattice));
+    filter->SetMaskIJKToRASMatrix(s, rasMatrix(grid));
   }
   filter->Update();
   expectSame(filter, reconstruct(input, quickSettings()));

@@ -79,7 +79,7 @@ TEST(Observation, HoldsTheStacksSamplesAtTheirPlaces) {
   EXPECT_EQ(o.slices, 3);
   EXPECT_EQ(o.samples, 57);
   EXPECT_EQ(o.target.size(), 3 * o.sliceSize());
-  const int stride = o.lattice.stride();
+  const int stride = o.grid.stride();
   EXPECT_EQ(o.weight[0], 1);
   for (int x : {1, 2, 3})
     EXPECT_EQ(o.weight[x], 0);
@@ -95,7 +95,7 @@ TEST(Observation, HoldsTheStacksSamplesAtTheirPlaces) {
         }
       }
       const Vec3 world = stack.image.geometry.indexToWorld()({1, double(y), double(k)});
-      EXPECT_LT(norm(frame(o.lattice.indexToModel({1, double(y), o.lattice.z[k]})) - world), 1e-9);
+      EXPECT_LT(norm(frame(o.grid.indexToModel({1, double(y), o.grid.z[k]})) - world), 1e-9);
     }
 }
 
@@ -109,12 +109,12 @@ TEST(Observation, LeavesOutSlicesWithoutSamples) {
   const Observation& o = all[0];
   EXPECT_EQ(o.sourceSlice, (std::vector<int>{0, 2, 3}));
   EXPECT_EQ(o.perSlice, 4);
-  EXPECT_TRUE(std::is_sorted(o.lattice.z.begin(), o.lattice.z.end()));
+  EXPECT_TRUE(std::is_sorted(o.grid.z.begin(), o.grid.z.end()));
   for (int s = 0; s < 3; ++s) {
     double centre = 0, weight = 0;
     for (int q = 0; q < 4; ++q) {
       const auto sub = o.subPlanes[4 * s + q];
-      centre += sub.weight * o.lattice.z[sub.plane];
+      centre += sub.weight * o.grid.z[sub.plane];
       weight += sub.weight;
     }
     EXPECT_NEAR(weight, 1, 1e-6);
@@ -131,7 +131,7 @@ TEST(Observation, OfPosedSlicesIsOnePerSlice) {
   for (int k = 0; k < 3; ++k) {
     EXPECT_EQ(all[k].slices, 1);
     EXPECT_EQ(all[k].sourceSlice, std::vector<int>{k});
-    const Vec3 at = all[k].lattice.indexToModel({2, 1, all[k].lattice.z.at(0)});
+    const Vec3 at = all[k].grid.indexToModel({2, 1, all[k].grid.z.at(0)});
     EXPECT_LT(norm(at - stack.poses[k]({2, 1, double(k)})), 1e-9);
   }
 }
@@ -144,8 +144,8 @@ TEST(Observation, CoarsenedKeepsMeansAndPlaces) {
     stack.observed.assign(stack.image.voxels.size(), 1);
     stack.observed[0] = 0;
     const Observation fine = observe(stack, {}, {}, false).at(0), coarse = coarsened(fine);
-    EXPECT_EQ(coarse.lattice.nx, 4);
-    EXPECT_EQ(coarse.lattice.ny, 3);
+    EXPECT_EQ(coarse.grid.nx, 4);
+    EXPECT_EQ(coarse.grid.ny, 3);
     EXPECT_EQ(coarse.slices, thick ? 6 : 3);
     EXPECT_EQ(coarse.perSlice, fine.perSlice);
     EXPECT_EQ(coarse.subPlanes.size(), static_cast<std::size_t>(coarse.slices * coarse.perSlice));
@@ -160,9 +160,9 @@ TEST(Observation, CoarsenedKeepsMeansAndPlaces) {
           for (int q = 0; q < coarse.perSlice; ++q) {
             const auto sub = coarse.subPlanes[s * coarse.perSlice + q];
             at = at + static_cast<double>(sub.weight) *
-                          coarse.lattice.indexToModel({double(x), double(y), coarse.lattice.z[sub.plane]});
+                          coarse.grid.indexToModel({double(x), double(y), coarse.grid.z[sub.plane]});
           }
-          const std::size_t v = s * coarse.sliceSize() + y * coarse.lattice.stride() + x;
+          const std::size_t v = s * coarse.sliceSize() + y * coarse.grid.stride() + x;
           EXPECT_EQ(coarse.weight[v], 1);
           EXPECT_NEAR(coarse.target[v], linear(at), 2e-3);
         }

@@ -422,7 +422,7 @@ TEST(SliceMotion, LooksOnlyWhereVoxelsAreObserved) {
   stack.image.voxels[at(8, 7, 6)] = std::nanf("");
   const GridGeometry box = observedBoxes({&stack, 1}).front();
   EXPECT_EQ(box, cropped(stack.image.geometry, {2, 3, 1}, {4, 1, 4}));
-  const GridGeometry around = latticeAround({&box, 1}, 1, 3);
+  const GridGeometry around = gridAround({&box, 1}, 1, 3);
   EXPECT_EQ(around.size, (std::array<std::int64_t, 3>{11, 9, 23}));
   EXPECT_LT(norm(around.origin - box.indexToWorld()({-3.5, -2, -1.25})), 1e-9);
 }

@@ -5,8 +5,8 @@
 #include "Core/Base/Error.h"
 #include "Core/Device/DevicePlugin.h"
 #include "Core/Fit/CpuFitDevice.h"
+#include "Core/Render/GridRenderer.h"
 #include "Core/Render/Kernels.h"
-#include "Core/Render/LatticeRenderer.h"
 #include "Core/Render/RenderPoints.h"
 
 #include <algorithm>
@@ -85,17 +85,17 @@ public:
     field_.residual = {};
     field_.domain = {};
   }
-  void renderLattice(const Lattice& lattice, const ClosedFormPsf& psf, std::span<const float> values,
-                     float* out, std::stop_token stop) override {
+  void renderGrid(const SampleGrid& grid, const ClosedFormPsf& psf, std::span<const float> values, float* out,
+                  std::stop_token stop) override {
     if (fault("render")) outOfMemory();
     ThreadPool pool(2);
     pool.setStop(std::move(stop));
-    LatticeRenderer renderer(lattice, kernelSet("scalar"), pool, psf);
-    std::vector<float> w(lattice.bufferSize()), n(w.size());
+    GridRenderer renderer(grid, kernelSet("scalar"), pool, psf);
+    std::vector<float> w(grid.bufferSize()), n(w.size());
     renderer.forward(field_, values, w.data(), n.data());
-    for (std::size_t row = 0; row < static_cast<std::size_t>(lattice.ny) * lattice.z.size(); ++row)
-      for (int x = 0; x < lattice.nx; ++x) {
-        const std::size_t at = row * lattice.stride() + x;
+    for (std::size_t row = 0; row < static_cast<std::size_t>(grid.ny) * grid.z.size(); ++row)
+      for (int x = 0; x < grid.nx; ++x) {
+        const std::size_t at = row * grid.stride() + x;
         *out++ = shift() + (field_.blending == Blending::Normalised
                                 ? n[at] / (w[at] + static_cast<float>(field_.epsilon))
                                 : n[at]);

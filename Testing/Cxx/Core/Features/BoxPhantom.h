@@ -6,7 +6,7 @@
 
 namespace innergs::testing {
 
-/// Boxes with individual intensities and labels (1, 2, 3 on 0), on an oblique lattice of 2 mm; the field has
+/// Boxes with individual intensities and labels (1, 2, 3 on 0), on an oblique grid of 2 mm; the field has
 /// a Gaussian in each voxel.
 struct BoxPhantom {
   Labelmap labels;

@@ -29,8 +29,8 @@ protected:
   static Segment segmentOf(std::vector<int> classes, const SegmentOptions& options = {}) {
     return encoded(phantom->labels.geometry).segment(classes, options);
   }
-  /// Of the whole lattice.
-  static std::vector<std::uint8_t> onLattice(const Segment& s) {
+  /// Of the whole grid.
+  static std::vector<std::uint8_t> onGrid(const Segment& s) {
     const auto& n = phantom->labels.geometry.size;
     std::vector<std::uint8_t> all(phantom->labels.voxels.size(), 0);
     std::size_t at = 0;
@@ -51,7 +51,7 @@ TEST_F(ClassProbabilitiesTest, SegmentsAreWhatClassifyGives) {
   const ClassImage image = classify(phantom->field, *model, phantom->labels.geometry);
   for (const auto& classes : {std::vector<int>{1}, {2}, {3}, {1, 3}}) {
     const Segment s = segmentOf(classes);
-    const auto mask = onLattice(s);
+    const auto mask = onGrid(s);
     std::int64_t voxels = 0;
     for (std::size_t v = 0; v < mask.size(); ++v) {
       ASSERT_EQ(mask[v], std::count(classes.begin(), classes.end(), image.classes[v])) << v;
@@ -91,10 +91,10 @@ TEST_F(ClassProbabilitiesTest, PartsAndSmoothing) {
   ASSERT_EQ(both.voxels, first + third);
   const Segment large = segmentOf({1, 3}, {0, 0, false, 8.0 * static_cast<double>(std::max(first, third))});
   const Segment largest = segmentOf({1, 3}, {0, 0, true, 0});
-  EXPECT_EQ(onLattice(largest), onLattice(large));
+  EXPECT_EQ(onGrid(largest), onGrid(large));
   EXPECT_EQ(segmentOf({1, 3}, {0, 0, true, 1e9}).voxels, 0);
   // A box loses its corners and keeps its middle.
-  const auto sharp = onLattice(segmentOf({2})), smooth = onLattice(segmentOf({2}, {0, 2, false, 0}));
+  const auto sharp = onGrid(segmentOf({2})), smooth = onGrid(segmentOf({2}, {0, 2, false, 0}));
   int lost = 0, gained = 0;
   for (std::size_t v = 0; v < sharp.size(); ++v) {
     lost += sharp[v] && !smooth[v];

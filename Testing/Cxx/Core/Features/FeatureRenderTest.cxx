@@ -58,7 +58,7 @@ TEST(FeatureRender, PartsOfRowsAreThoseOfTheWhole) {
   for (int row = 0; row < 11 * 9; ++row)
     parts.push_back({row % 5, row % 7 == 0 ? row % 5 : 13 - row % 4}); // some of them empty
   std::vector<float> some(whole.size(), -7);
-  FeatureRenderer(field, latticeOf(grid, field.modelToWorld), pool)
+  FeatureRenderer(field, sampleGridOf(grid, field.modelToWorld), pool)
       .render(features.latents, 16, some.data(), parts);
   for (std::size_t row = 0; row < parts.size(); ++row)
     for (int x = parts[row].first; x < parts[row].last; ++x)
@@ -75,7 +75,7 @@ TEST(FeatureRender, RowsAndColumnsAreTheSameMap) {
   const GridGeometry grid = obliqueGrid();
   const std::vector<float> rendered = renderFeatures(field, features, grid);
   ThreadPool pool(2);
-  const FeatureRenderer renderer(field, latticeOf(grid, field.modelToWorld), pool);
+  const FeatureRenderer renderer(field, sampleGridOf(grid, field.modelToWorld), pool);
   const FeatureRows rows =
       rowsOf(renderer, std::vector<std::uint8_t>(150, 1), grid.voxelCount(), field, pool);
   ASSERT_GT(rows.voxels.size(), 500u);

@@ -1,7 +1,7 @@
 #include "RandomFields.h"
 
+#include "Core/Render/GridRenderer.h"
 #include "Core/Render/Kernels.h"
-#include "Core/Render/LatticeRenderer.h"
 #include "ReferenceModel.h"
 #include "TestVolumes.h"
 
@@ -97,8 +97,8 @@ struct Pipeline {
 
   double loss(const GaussianField& at, const KernelSet& kernels, const LossKinds& kinds,
               std::vector<float>* gradient = nullptr) {
-    LatticeRenderer renderer(observation.lattice, kernels, pool, observation.psf);
-    std::vector<float> w(observation.lattice.bufferSize()), n(w.size());
+    GridRenderer renderer(observation.grid, kernels, pool, observation.psf);
+    std::vector<float> w(observation.grid.bufferSize()), n(w.size());
     renderer.forward(at, {}, w.data(), n.data());
     const LossSum sum = lossPass(observation, at, kinds, w.data(), n.data(), pool);
     if (gradient) {
@@ -220,8 +220,8 @@ TEST(Gradient, IsTheSumOverObservationsWithPoses) {
   std::vector<float> sum(16 * field.gaussians.size(), 0.f);
   std::vector<double> separate(sum.size(), 0.0);
   for (const Observation& o : observations) {
-    LatticeRenderer renderer(o.lattice, kernelSet("scalar"), pool, o.psf);
-    std::vector<float> w(o.lattice.bufferSize()), n(w.size()), alone(sum.size(), 0.f);
+    GridRenderer renderer(o.grid, kernelSet("scalar"), pool, o.psf);
+    std::vector<float> w(o.grid.bufferSize()), n(w.size()), alone(sum.size(), 0.f);
     renderer.forward(field, {}, w.data(), n.data());
     lossPass(o, field, {LossKind::L2, 0.02, 0}, w.data(), n.data(), pool);
     renderer.backward(field, w.data(), n.data(), sum);

@@ -91,7 +91,7 @@ TEST(Proxy, CoversTheObservedVoxelsAndNotTheirNeighbours) {
   ASSERT_EQ(proxy.geometry.size, (std::array<std::int64_t, 3>{8, 8, 24}));
   for (std::size_t v = 0; v < proxy.covered.size(); ++v)
     ASSERT_EQ(proxy.covered[v], v % 8 == 3 && v / 8 % 8 == 4 && v / 64 >= 8 && v / 64 < 12) << v;
-  // On a coarser lattice no point lies in the voxel: its neighbours stand for it.
+  // On a coarser grid no point lies in the voxel: its neighbours stand for it.
   const ProxyVolume coarse = makeProxy({&stack, 1}, {}, {}, 2.7, pool);
   EXPECT_GT(std::count(coarse.covered.begin(), coarse.covered.end(), 1), 0);
 }

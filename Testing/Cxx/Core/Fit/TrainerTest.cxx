@@ -44,7 +44,7 @@ struct TrainedScene {
     plan.densify.minLogScale = plan.bounds.minLogScale;
   }
 
-  /// The phantom of a small lattice in the corner of a large empty one.
+  /// The phantom of a small grid in the corner of a large empty one.
   static Volume cornerPhantom(const GridGeometry& whole, std::int64_t n) {
     GridGeometry small = whole;
     small.size = {n, n, n};

@@ -30,12 +30,12 @@ TEST(GridGeometry, CentreIsTheMiddleOfTheBox) {
   expectNear(g.extent(), {4, 10, 18}, 1e-12);
 }
 
-TEST(GridGeometry, AcceptsObliqueAndLeftHandedLattices) {
+TEST(GridGeometry, AcceptsObliqueAndLeftHandedGrids) {
   EXPECT_NO_THROW(checkGeometry(grid(4, 4, 4, {1, 2, 3}, {0, 0, 0}, obliqueDirection(0.7)), "a"));
   EXPECT_NO_THROW(checkGeometry(grid(4, 4, 4, {1, 2, 3}, {0, 0, 0}, obliqueDirection(0.7, true)), "a"));
 }
 
-TEST(GridGeometry, RefusesBrokenLatticesWithTheImagesName) {
+TEST(GridGeometry, RefusesBrokenGridsWithTheImagesName) {
   std::string sentence;
   GridGeometry g = grid(4, 0, 4);
   EXPECT_EQ(codeOf(g, &sentence), ErrorCode::Geometry);
@@ -77,18 +77,18 @@ TEST(GridGeometry, CroppedKeepsPatientPositions) {
   EXPECT_THROW(cropped(g, {-1, 0, 0}, {3, 1, 1}), Error);
 }
 
-TEST(GridGeometry, SameLatticeSeesShiftsAndSizes) {
+TEST(GridGeometry, SameGridSeesShiftsAndSizes) {
   const GridGeometry g = grid(10, 12, 5, {1, 2, 4}, {-3, 7, 11}, obliqueDirection(1.1));
   GridGeometry other = g;
-  EXPECT_TRUE(sameLattice(g, other));
+  EXPECT_TRUE(sameGrid(g, other));
   other.origin[1] += 5e-4;
-  EXPECT_TRUE(sameLattice(g, other));
+  EXPECT_TRUE(sameGrid(g, other));
   other.origin[1] += 5e-3;
-  EXPECT_FALSE(sameLattice(g, other));
+  EXPECT_FALSE(sameGrid(g, other));
   other = g;
   other.spacing[2] *= 1.01; // the origin agrees, the far corner does not
-  EXPECT_FALSE(sameLattice(g, other));
+  EXPECT_FALSE(sameGrid(g, other));
   other = g;
   other.size[0] = 9;
-  EXPECT_FALSE(sameLattice(g, other));
+  EXPECT_FALSE(sameGrid(g, other));
 }

@@ -21,7 +21,7 @@ Mat3 rotation(int axis, double angle) {
 
 } // namespace
 
-TEST(Orientation, OfLatticesAlongThePatientsAxes) {
+TEST(Orientation, OfGridsAlongThePatientsAxes) {
   EXPECT_EQ(orientationCode({{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}}), "LPS");
   EXPECT_EQ(orientationCode({{{{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}}}), "RAS");
   EXPECT_EQ(orientationCode({{{{0, 0, -1}, {1, 0, 0}, {0, -1, 0}}}}), "PIR"); // sagittal slices

@@ -40,7 +40,7 @@ TEST(RegionTest, KeepsVoxelsInTheirPlace) {
   ASSERT_EQ(part.image.voxels.size(), 70u);
   EXPECT_EQ(part.image.voxels.front(), 3 + 20 * (4 + 16 * 2));
   EXPECT_EQ(part.image.voxels.back(), 9 + 20 * (5 + 16 * 6));
-  EXPECT_TRUE(sameLattice(part.image.geometry, cropped(g, around(g.indexToWorld(), {3, 4, 2}, {9, 5, 6}))));
+  EXPECT_TRUE(sameGrid(part.image.geometry, cropped(g, around(g.indexToWorld(), {3, 4, 2}, {9, 5, 6}))));
 }
 
 TEST(RegionTest, MarginGrowsUpToTheEdges) {

@@ -19,7 +19,7 @@ Mask ballIn(const GridGeometry& geometry, const Vec3& centre, double radius) {
   return maskInSpace(geometry, [&](const Vec3& x) { return norm(x - centre) < radius; });
 }
 
-/// A scan on the mask's own lattice.
+/// A scan on the mask's own grid.
 std::vector<Stack> scanIn(const Mask& mask) {
   Stack stack;
   stack.image.geometry = mask.geometry;

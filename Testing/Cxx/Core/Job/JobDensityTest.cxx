@@ -30,7 +30,7 @@ double insidePsnr(const Volume& image, const Volume& truth, const Mask& mask) {
   return 10 * std::log10(200 * 200 * count / sum);
 }
 
-/// The phantom on a lattice large enough for a preset's own budget.
+/// The phantom on a grid large enough for a preset's own budget.
 Volume head() {
   return phantom(grid(40, 38, 36, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3)));
 }

@@ -217,7 +217,7 @@ TEST(JobMemory, EstimateKnowsAllAxesAndWhatAlphaBlendingKeeps) {
                blended = static_cast<double>(estimateMemory(input, alpha));
   EXPECT_GT(all, single + 10 * voxels); // targets and weights of two more stacks
   EXPECT_LT(all, single + 30 * voxels);
-  // σ about 2 voxels: ten planes and more, 32 bytes each, on three lattices; 12 bytes per voxel of one.
+  // σ about 2 voxels: ten planes and more, 32 bytes each, on three grids; 12 bytes per voxel of one.
   EXPECT_GT(blended, all + 12 * voxels + 100'000 * 3 * 32.0 * 10);
   EXPECT_LT(blended, all + 16 * voxels + 100'000 * 3 * 32.0 * 60);
 }

@@ -58,8 +58,7 @@ TEST_P(Landmark, StaysAtItsPlaceInPatientSpace) {
   EXPECT_LT(norm(centreOfMass(own.volume) - at), 0.05);
 }
 
-INSTANTIATE_TEST_SUITE_P(Lattices, Landmark,
-                         ::testing::Combine(::testing::Values(0.0, 0.9), ::testing::Bool()));
+INSTANTIATE_TEST_SUITE_P(Grids, Landmark, ::testing::Combine(::testing::Values(0.0, 0.9), ::testing::Bool()));
 
 TEST(Landmark, OfThickSlicesStaysInPlace) {
   const GridGeometry fine = grid(28, 28, 28, {1, 1, 1}, {12, 8, -30}, obliqueDirection(0.7, true));
@@ -195,7 +194,7 @@ TEST(Slabs, FurtherApartAreRefused) {
 }
 
 TEST(Poses, FarFromTheFilesOwnGeometry) {
-  // The whole scan lies 200 mm from where the file's lattice places it.
+  // The whole scan lies 200 mm from where the file's grid places it.
   ReconstructionInput plain = isotropicInput(), posed = plain;
   const Vec3 shift{120, -160, 0};
   plain.outputGrid = smallGrid();

@@ -28,20 +28,20 @@ Settings without(Settings settings) {
   return settings;
 }
 
-const GridGeometry lattice = grid(32, 30, 28, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3));
+const GridGeometry kGrid = grid(32, 30, 28, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3));
 
 TEST(JobIsotropic, ShowsTheScanOnItsOwnVoxels) {
-  const Volume truth = scene(lattice);
+  const Volume truth = scene(kGrid);
   const ReconstructionResult result = reconstruct(scanOf(truth), quickSettings());
   EXPECT_GT(psnr(result.volume, truth), 100);
-  EXPECT_TRUE(sameLattice(result.model->field.residual.geometry, lattice));
+  EXPECT_TRUE(sameGrid(result.model->field.residual.geometry, kGrid));
   const ReconstructionResult alone = reconstruct(scanOf(truth), without(quickSettings()));
   EXPECT_LT(psnr(alone.volume, truth), 40);
   EXPECT_TRUE(alone.model->field.residual.voxels.empty());
 }
 
 TEST(JobIsotropic, LosesNoiseAndNothingElse) {
-  const Volume truth = phantom(lattice);
+  const Volume truth = phantom(kGrid);
   for (const double noise : {2.0, 6.0}) {
     Volume noisy = truth;
     innergs::addNoise(noisy.voxels, noise, std::uint64_t{3});
@@ -55,7 +55,7 @@ TEST(JobIsotropic, NoisyScansAreFittedForFewerIterations) {
   Settings settings = quickSettings();
   settings.preset = Preset::Balanced;
   settings.iterations.reset();
-  const Volume clean = scene(lattice);
+  const Volume clean = scene(kGrid);
   Volume noisy = clean;
   innergs::addNoise(noisy.voxels, 10, std::uint64_t{3});
   const auto iterations = [&](const Volume& volume, const Settings& given) {
@@ -74,7 +74,7 @@ TEST(JobIsotropic, NoisyScansAreFittedForFewerIterations) {
 }
 
 TEST(JobIsotropic, OnFinerVoxelsIsBetterThanLinearInterpolation) {
-  const Volume scan = scene(lattice), truth = scene(withSpacing(lattice, {0.5, 0.5, 0.5}));
+  const Volume scan = scene(kGrid), truth = scene(withSpacing(kGrid, {0.5, 0.5, 0.5}));
   ReconstructionInput input = scanOf(scan);
   input.outputGrid = truth.geometry;
   Volume linear = truth;
@@ -87,7 +87,7 @@ TEST(JobIsotropic, OnFinerVoxelsIsBetterThanLinearInterpolation) {
 }
 
 TEST(JobIsotropic, WithheldVoxelsTeachNothing) {
-  ReconstructionInput input = scanOf(scene(lattice));
+  ReconstructionInput input = scanOf(scene(kGrid));
   withhold(input.stacks[0], {9});
   ReconstructionInput other = input;
   const std::size_t plane = 32 * 30;
@@ -99,10 +99,10 @@ TEST(JobIsotropic, WithheldVoxelsTeachNothing) {
 TEST(JobIsotropic, ThePapersFieldsAreGaussiansAlone) {
   Settings settings = quickSettings(3);
   settings.blending = Blending::Alpha;
-  EXPECT_TRUE(reconstruct(scanOf(scene(lattice)), settings).model->field.residual.voxels.empty());
+  EXPECT_TRUE(reconstruct(scanOf(scene(kGrid)), settings).model->field.residual.voxels.empty());
   settings = quickSettings(3);
   settings.blending = Blending::Additive;
-  EXPECT_TRUE(reconstruct(scanOf(scene(lattice)), settings).model->field.residual.voxels.empty());
+  EXPECT_TRUE(reconstruct(scanOf(scene(kGrid)), settings).model->field.residual.voxels.empty());
 }
 
 } // namespace

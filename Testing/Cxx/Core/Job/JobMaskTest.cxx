@@ -76,7 +76,7 @@ TEST(MaskedJob, CutsTheGridToTheMasksBoxUnlessOneIsGiven) {
   ReconstructionInput input = maskedInput();
   const auto result = reconstruct(input, filled());
   const GridGeometry& cut = result.volume.geometry;
-  EXPECT_TRUE(sameLattice(cut, result.model->field.support.geometry, 1e-9));
+  EXPECT_TRUE(sameGrid(cut, result.model->field.support.geometry, 1e-9));
   EXPECT_LT(cut.voxelCount(), smallGrid().voxelCount());
   const Vec3 first = inverse(smallGrid().indexToWorld())(cut.origin);
   std::array<std::int64_t, 3> begin;
@@ -89,7 +89,7 @@ TEST(MaskedJob, CutsTheGridToTheMasksBoxUnlessOneIsGiven) {
   EXPECT_EQ(given.volume.geometry, smallGrid());
   EXPECT_EQ(given.volume.voxels, render(given.model->field, smallGrid()).voxels);
   input.cropToMask = true;
-  EXPECT_TRUE(sameLattice(reconstruct(input, filled()).volume.geometry, cut, 1e-9));
+  EXPECT_TRUE(sameGrid(reconstruct(input, filled()).volume.geometry, cut, 1e-9));
 }
 
 TEST(MaskedJob, StaysWithinTheMaskedRange) {
@@ -101,7 +101,7 @@ TEST(MaskedJob, StaysWithinTheMaskedRange) {
   const auto result = reconstruct(input, filled(20));
   const auto range = result.model->field.range;
   ASSERT_TRUE(range);
-  EXPECT_TRUE(sameLattice(result.model->field.residual.geometry, result.model->field.support.geometry, 1e-6))
+  EXPECT_TRUE(sameGrid(result.model->field.residual.geometry, result.model->field.support.geometry, 1e-6))
       << "refined where the mask is alone";
   EXPECT_GE(range->low, 60);
   for (const float v : result.volume.voxels)
@@ -141,7 +141,7 @@ TEST(MaskedJob, MovesAMaskWithItsScan) {
   const Mask expected = prepareInput(together).support;
   const PreparedInput aligned = prepareInput(input, {}, false, back);
   EXPECT_EQ(aligned.support.voxels, expected.voxels);
-  EXPECT_TRUE(sameLattice(aligned.support.geometry, expected.geometry, 1e-6));
+  EXPECT_TRUE(sameGrid(aligned.support.geometry, expected.geometry, 1e-6));
   EXPECT_GT(prepareInput(input).support.geometry.voxelCount(), expected.geometry.voxelCount())
       << "nothing to move";
 }

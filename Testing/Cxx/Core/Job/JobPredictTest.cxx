@@ -1,5 +1,5 @@
 #include "Core/Job/PredictionPlan.h"
-#include "Core/Prediction/CandidateLattice.h"
+#include "Core/Prediction/CandidateGrid.h"
 #include "Core/Render/PlaneSampler.h"
 #include "Core/Render/RenderPoints.h"
 #include "JobInputs.h"
@@ -12,8 +12,8 @@ namespace {
 
 /// A scan with slices four pixels apart, with some structure to learn from.
 ReconstructionInput gappedInput(std::int64_t size = 48) {
-  const GridGeometry lattice = grid(size, size - 4, 45, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3));
-  return inputOf({keepEvery(phantom(lattice), 2, 4)});
+  const GridGeometry filled = grid(size, size - 4, 45, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3));
+  return inputOf({keepEvery(phantom(filled), 2, 4)});
 }
 
 Settings quick(PredictionKind kind = PredictionKind::Auto) {
@@ -55,7 +55,7 @@ TEST(JobPrediction, LeavesNoiseOut) {
   EXPECT_LT(rmsOfSlices(0.05 * range), 0.75 * 0.05 * range);
 }
 
-/// A scan of touching slices four pixels thick with 5 % noise, on the lattice of its truth.
+/// A scan of touching slices four pixels thick with 5 % noise, on the grid of its truth.
 ReconstructionInput noisyInput(const Volume& truth) {
   ReconstructionInput input = inputOf({simulateThickStack(truth, 2, 4)});
   input.outputGrid = truth.geometry;
@@ -172,12 +172,12 @@ TEST(JobPrediction, NeverSeesWithheldOrMaskedVoxels) {
 TEST(JobPrediction, CostsMoreWithMoreLearningAndLessPerThread) {
   const ReconstructionInput input = gappedInput();
   const Stack& scan = input.stacks.front();
-  const GridGeometry lattice = predictionLattice(scan.image.geometry, defaultOutputGrid(input.stacks));
+  const GridGeometry filled = candidateGrid(scan.image.geometry, defaultOutputGrid(input.stacks));
   const auto cost = [&](Preset preset, int threads = 2) {
     Settings settings = quick();
     settings.preset = preset;
     settings.threads = threads;
-    return predictionCost(scan, lattice, settings);
+    return predictionCost(scan, filled, settings);
   };
   const PredictionCost fast = cost(Preset::Fast), balanced = cost(Preset::Balanced),
                        best = cost(Preset::Best);
@@ -187,7 +187,7 @@ TEST(JobPrediction, CostsMoreWithMoreLearningAndLessPerThread) {
   EXPECT_LT(cost(Preset::Best, 16).learning, best.learning);
   EXPECT_GT(cost(Preset::Best, 16).learning, 0.5 * best.learning) << "two threads learn at most";
   Settings interpolated = quick(PredictionKind::Interpolation);
-  const PredictionCost little = predictionCost(scan, lattice, interpolated);
+  const PredictionCost little = predictionCost(scan, filled, interpolated);
   EXPECT_EQ(little.trial + little.trialField + little.learning + little.field, 0);
   EXPECT_GT(little.choosing, 0);
 }
@@ -197,7 +197,7 @@ TEST(JobPrediction, ShowsProgressInProportionToCosts) {
   const Stack& scan = input.stacks.front();
   for (const PredictionKind kind : {PredictionKind::Interpolation, PredictionKind::Auto}) {
     const PredictionCost cost = predictionCost(
-        scan, predictionLattice(scan.image.geometry, defaultOutputGrid(input.stacks)), quick(kind));
+        scan, candidateGrid(scan.image.geometry, defaultOutputGrid(input.stacks)), quick(kind));
     const double predicting =
         cost.choosing + cost.trialField + cost.trial + cost.learning + cost.field + cost.mixing;
     double last = 0, predicted = 0;

@@ -76,7 +76,7 @@ TEST_P(Job, ImprovesOnItsStart) {
   EXPECT_TRUE(result.settings.gaussians && result.settings.iterations && result.settings.linearIntensity);
   EXPECT_EQ(result.instructionSet, instructionSets().front());
   EXPECT_GT(result.seconds, 0);
-  EXPECT_TRUE(sameLattice(result.model->field.domain, truth.geometry));
+  EXPECT_TRUE(sameGrid(result.model->field.domain, truth.geometry));
 }
 
 TEST_P(Job, AgreesBetweenInstructionSets) {

@@ -17,18 +17,18 @@ ReconstructionInput scansOf(const Volume& truth) {
   return input;
 }
 
-const GridGeometry kLattice = grid(kWidth, kWidth, kWidth, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3));
+const GridGeometry kScanGrid = grid(kWidth, kWidth, kWidth, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3));
 
 /// Smooth between the slices.
 Volume waves() {
-  return volumeOf(kLattice, [](float i, float j, float k) {
+  return volumeOf(kScanGrid, [](float i, float j, float k) {
     return 100 + 60 * std::sin(i / 2.2f) * std::sin(j / 2.6f) * std::sin(k / 2.4f);
   });
 }
 
 /// Labels: a network blurs their edges.
 Volume ball() {
-  return volumeOf(kLattice, [](float i, float j, float k) {
+  return volumeOf(kScanGrid, [](float i, float j, float k) {
     const float x = i - 15, y = j - 19, z = k - 17;
     return x * x + y * y + 1.3f * z * z < 130 ? 200.f : 0.f;
   });
@@ -175,11 +175,9 @@ TEST(ShareTrial, ScansAPartOfTheResult) {
   const Volume truth = waves();
   const std::vector<Stack> stacks = scansOf(truth).stacks;
   ThreadPool pool(2);
-  const auto sampled = [&](const GridGeometry& lattice) {
-    const Affine3 map = inverse(truth.geometry.indexToWorld()) * lattice.indexToWorld();
-    return volumeOf(lattice, [&](double i, double j, double k) {
-      return sampleLinear(truth, map({i, j, k}));
-    });
+  const auto sampled = [&](const GridGeometry& grid) {
+    const Affine3 map = inverse(truth.geometry.indexToWorld()) * grid.indexToWorld();
+    return volumeOf(grid, [&](double i, double j, double k) { return sampleLinear(truth, map({i, j, k})); });
   };
   const ShareTrial trial = shareTrial(sampled, stacks, dataDomain(stacks), kQuick, 0, pool);
   ASSERT_EQ(trial.twin.input.stacks.size(), stacks.size());

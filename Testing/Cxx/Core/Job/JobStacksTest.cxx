@@ -15,7 +15,7 @@ using testing::reconstruct;
 
 constexpr std::int64_t kWidth = 48;
 
-/// Two scans of 4 mm slices at right angles, each of its own volume on the same lattice.
+/// Two scans of 4 mm slices at right angles, each of its own volume on the same grid.
 ReconstructionInput scansOf(const Volume& first, const Volume& second) {
   ReconstructionInput input =
       testing::inputOf({simulateThickStack(first, 2, 4), simulateThickStack(second, 0, 4)});

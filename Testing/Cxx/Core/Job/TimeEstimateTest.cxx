@@ -6,7 +6,7 @@
 namespace innergs::testing {
 namespace {
 
-/// Only the lattice, as before a start.
+/// Only the grid, as before a start.
 ReconstructionInput outline(std::int64_t side, double gap = 1) {
   ReconstructionInput input;
   Stack stack;

@@ -170,7 +170,7 @@ TEST(FieldCheck, AnExtremeGaussianDoesNotSpoilTheOthers) {
       }
 }
 
-TEST(FieldCheck, AGiantCoversTheWholeLattice) {
+TEST(FieldCheck, AGiantCoversTheWholeGrid) {
   GaussianField field = goodField(1);
   field.gaussians.resize(1);
   Gaussian& g = field.gaussians[0];

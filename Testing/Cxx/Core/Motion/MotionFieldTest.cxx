@@ -9,7 +9,7 @@ namespace innergs::testing {
 namespace {
 
 /// Tissue that moves by τ·(A·x + b) from the canonical place x, τ running from 0 to 3 over [0 s, 6 s]: linear
-/// in space and time, so that lattice and spline hold it exactly.
+/// in space and time, so that grid and spline hold it exactly.
 struct LinearMotion {
   Mat3 a{{{{0.02, 0.05, 0}, {-0.04, 0.01, 0.03}, {0, 0.02, -0.03}}}};
   Vec3 b{1.2, -0.7, 0.4};
@@ -24,15 +24,16 @@ DynamicField movingField(const LinearMotion& motion) {
   field.canonical.modelToWorld.linear = Mat3{{{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}}};
   field.canonical.modelToWorld.offset = {3, -2, 5};
   const Affine3 toWorld = field.canonical.modelToWorld, toModel = inverse(toWorld);
-  field.lattice = latticeOver({-40, -40, -40}, {40, 40, 40}, {10, 10, 10});
+  field.motionGrid = motionGridOver({-40, -40, -40}, {40, 40, 40}, {10, 10, 10});
   field.motion = {0, 6, 4}; // one span; evenly rising coefficients make a straight line
   for (int c = 0; c < 4; ++c)
-    for (std::int64_t n = 0; n < field.lattice.nodes(); ++n) {
-      const auto& size = field.lattice.size;
+    for (std::int64_t n = 0; n < field.motionGrid.nodes(); ++n) {
+      const auto& size = field.motionGrid.size;
       const std::int64_t index[3] = {n % size[0], n / size[0] % size[1], n / (size[0] * size[1])};
       Vec3 x;
       for (int axis = 0; axis < 3; ++axis)
-        x[axis] = field.lattice.origin[axis] + static_cast<double>(index[axis]) * field.lattice.spacing[axis];
+        x[axis] =
+            field.motionGrid.origin[axis] + static_cast<double>(index[axis]) * field.motionGrid.spacing[axis];
       const Vec3 world = motion.a * toWorld(x) + motion.b;
       const Vec3 u = 3.0 * (c - 1) * (toModel.linear * world); // Greville points −1, 0, 1, 2 of the span
       for (int axis = 0; axis < 3; ++axis)
@@ -45,15 +46,15 @@ DynamicField movingField(const LinearMotion& motion) {
 TEST(MotionField, LeadsFromOneTimeToTheOther) {
   const LinearMotion motion;
   const DynamicField field = movingField(motion);
-  const GridGeometry lattice = grid(5, 4, 3, {2, 2.5, 3}, {-5, -4, 2});
+  const GridGeometry geometry = grid(5, 4, 3, {2, 2.5, 3}, {-5, -4, 2});
   const double from = 1.5, to = 4.5;
-  const std::vector<float> d = motionField(field, from, to, lattice);
+  const std::vector<float> d = motionField(field, from, to, geometry);
   std::size_t n = 0;
   for (int k = 0; k < 3; ++k)
     for (int j = 0; j < 4; ++j)
       for (int i = 0; i < 5; ++i) {
-        const Vec3 canonical = lattice.indexToWorld()({0.9 * i, 0.9 * j, 0.8 * k});
-        // The field at the place where that tissue is at `from`: sampled there, on a lattice of one voxel.
+        const Vec3 canonical = geometry.indexToWorld()({0.9 * i, 0.9 * j, 0.8 * k});
+        // The field at the place where that tissue is at `from`: sampled there, on a grid of one voxel.
         const Vec3 x = motion.at(canonical, from);
         const std::vector<float> there = motionField(field, from, to, grid(1, 1, 1, {1, 1, 1}, x));
         for (int axis = 0; axis < 3; ++axis)
@@ -61,9 +62,9 @@ TEST(MotionField, LeadsFromOneTimeToTheOther) {
         n += 3;
       }
   ASSERT_EQ(d.size(), n);
-  for (const float still : motionField(field, from, from, lattice))
+  for (const float still : motionField(field, from, from, geometry))
     EXPECT_NEAR(still, 0, 1e-3);
-  EXPECT_EQ(motionField(field, from, to, lattice, 1), d);
+  EXPECT_EQ(motionField(field, from, to, geometry, 1), d);
 }
 
 TEST(MotionField, NeedsGaussiansThatMove) {

@@ -9,7 +9,7 @@ using namespace innergs;
 
 namespace {
 
-constexpr int kValues = MotionLattice::kValues;
+constexpr int kValues = MotionGrid::kValues;
 
 double scalar(const GaussianField& field, const std::vector<float>& weights) {
   double sum = 0;
@@ -26,20 +26,20 @@ protected:
   PoseGradient() {
     Random random(3);
     const auto draw = [&](double reach) { return static_cast<float>(reach * (2 * random.uniform() - 1)); };
-    field.lattice = latticeOver({-6, -6, -6}, {6, 6, 6}, {4, 5, 12});
+    field.motionGrid = motionGridOver({-6, -6, -6}, {6, 6, 6}, {4, 5, 12});
     field.motion = {0, 3, 5};
     field.own = {0, 3, 4};
     for (int i = 0; i < 20; ++i) {
       Gaussian g{};
       for (float& x : g.mean)
-        x = draw(7); // some beyond the lattice
+        x = draw(7); // some beyond the grid
       for (float& q : g.quaternion)
         q = draw(1);
       g.intensity = draw(1);
       field.canonical.gaussians.push_back(g);
       field.anchors.insert(field.anchors.end(), g.mean, g.mean + 3);
     }
-    field.nodes.resize(field.lattice.nodes() * kValues * field.motion.coefficients);
+    field.nodes.resize(field.motionGrid.nodes() * kValues * field.motion.coefficients);
     field.ownPath.resize(3 * field.canonical.gaussians.size() * field.own.coefficients);
     for (auto* values : {&field.nodes, &field.ownPath})
       for (float& v : *values)
@@ -72,7 +72,7 @@ protected:
 
 } // namespace
 
-TEST_F(PoseGradient, OfLatticeAndCanonicalGaussiansIsTheDifferenceQuotient) {
+TEST_F(PoseGradient, OfGridAndCanonicalGaussiansIsTheDifferenceQuotient) {
   const double time = 1.3;
   const std::vector<float> nodes = nodesAt(field, time);
   std::vector<float> gradient = weights, nodeGradient(nodes.size(), 0.f);
@@ -95,28 +95,28 @@ TEST_F(PoseGradient, OfLatticeAndCanonicalGaussiansIsTheDifferenceQuotient) {
 }
 
 TEST_F(PoseGradient, OfBendingIsTheDifferenceQuotient) {
-  std::vector<float> values(field.nodes.begin(), field.nodes.begin() + field.lattice.nodes() * kValues);
+  std::vector<float> values(field.nodes.begin(), field.nodes.begin() + field.motionGrid.nodes() * kValues);
   std::vector<float> gradient(values.size(), 0.f), other(values.size());
-  addBending(field.lattice, values, 3, 0.7, gradient);
+  addBending(field.motionGrid, values, 3, 0.7, gradient);
   for (std::size_t v = 0; v < values.size(); v += 3) {
     const float before = values[v];
     values[v] = before + 0.01F;
-    const double high = addBending(field.lattice, values, 3, 0.7, other);
+    const double high = addBending(field.motionGrid, values, 3, 0.7, other);
     values[v] = before - 0.01F;
-    const double low = addBending(field.lattice, values, 3, 0.7, other);
+    const double low = addBending(field.motionGrid, values, 3, 0.7, other);
     values[v] = before;
     EXPECT_NEAR((high - low) / 0.02, gradient[v], 2e-2 + 1e-3 * std::abs(gradient[v]));
   }
 }
 
 TEST_F(PoseGradient, BendingOfARigidMotionIsNothing) {
-  std::vector<float> values, gradient(field.lattice.nodes() * kValues, 0.f);
-  const auto& n = field.lattice.size;
-  for (std::int64_t node = 0; node < field.lattice.nodes(); ++node) {
+  std::vector<float> values, gradient(field.motionGrid.nodes() * kValues, 0.f);
+  const auto& n = field.motionGrid.size;
+  for (std::int64_t node = 0; node < field.motionGrid.nodes(); ++node) {
     const auto x = static_cast<float>(node % n[0]), y = static_cast<float>(node / n[0] % n[1]);
     values.insert(values.end(), {0.3F * x - 0.1F * y, 0.2F * y, 1.F, 0.F, 0.F, 0.4F});
   }
-  EXPECT_NEAR(addBending(field.lattice, values, 1, 1, gradient), 0, 1e-8);
+  EXPECT_NEAR(addBending(field.motionGrid, values, 1, 1, gradient), 0, 1e-8);
 }
 
 TEST_F(PoseGradient, RotationVectorTurnsByTwiceTheArcTangent) {

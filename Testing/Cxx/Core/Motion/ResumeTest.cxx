@@ -123,7 +123,7 @@ TEST(DynamicSettings, SayHowLongAndHowFine) {
   settings.nodeDistance = 9;
   const DynamicResult motion = stopped(series, settings, 0);
   EXPECT_EQ(motion.field->motion.coefficients, 5);
-  EXPECT_NEAR(motion.field->lattice.spacing[0], 9, 1.5);
+  EXPECT_NEAR(motion.field->motionGrid.spacing[0], 9, 1.5);
   EXPECT_TRUE(motion.notes.empty());
   settings = shortFit(DynamicKind::Network);
   settings.knots = 7;

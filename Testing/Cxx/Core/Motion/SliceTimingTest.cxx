@@ -134,7 +134,7 @@ TEST(SliceTiming, WhereGaussiansMoveASentenceSaysThatItIsNotUsed) {
   EXPECT_FALSE(result.slicesTimed);
 }
 
-TEST(SliceTiming, OfAnotherLatticeIsRefused) {
+TEST(SliceTiming, OfAnotherGridIsRefused) {
   TimeSeries series = movingPhantom(evenTimes(3, kInterval));
   series.sliceTiming.times = {0, 1};
   EXPECT_THROW(checkTimeSeries(series), Error);

@@ -2,7 +2,7 @@
 
 #include "Core/Base/Random.h"
 #include "Core/Image/Simulate.h"
-#include "Core/Prediction/CandidateLattice.h"
+#include "Core/Prediction/CandidateGrid.h"
 #include "TestVolumes.h"
 
 #include <cmath>
@@ -177,35 +177,35 @@ TEST(Candidates, ShareWhatErrsDifferently) {
   EXPECT_LT(convexShares<3>(both)[0], share[0]) << "hedged";
 }
 
-TEST(CandidateLattice, HoldsThePlanesOfACoarserGrid) {
+TEST(CandidateGrid, HoldsThePlanesOfACoarserGrid) {
   const GridGeometry slices = grid(30, 30, 6, {1, 1, 10}, {3, 4, 5});
   const double spacings[][2] = {{1.5, 0.75}, {2.5, 2.5 / 3}, {5, 1}, {10, 1}};
   for (const auto& [wanted, made] : spacings) {
     const GridGeometry output = grid(30, 30, 20, {1, 1, wanted}, {3, 4, 5 + 2 * wanted});
-    const GridGeometry lattice = predictionLattice(slices, output);
-    EXPECT_NEAR(lattice.spacing[2], made, 1e-9);
-    const double plane = (output.origin[2] - lattice.origin[2]) / made;
+    const GridGeometry candidates = candidateGrid(slices, output);
+    EXPECT_NEAR(candidates.spacing[2], made, 1e-9);
+    const double plane = (output.origin[2] - candidates.origin[2]) / made;
     EXPECT_NEAR(plane, std::round(plane), 1e-6) << wanted;
   }
 }
 
-TEST(CandidateLattice, IsInStepWithTheGridThatIsWanted) {
+TEST(CandidateGrid, IsInStepWithTheGridThatIsWanted) {
   const Volume truth = balls();
   for (const int gap : {2, 3, 4}) {
     const Stack kept = keepEvery(truth, 2, gap), thick = simulateThickStack(truth, 2, gap);
     for (const Stack* stack : {&kept, &thick}) {
-      const GridGeometry lattice = predictionLattice(stack->image.geometry, truth.geometry);
-      const Affine3 map = inverse(truth.geometry.indexToWorld()) * lattice.indexToWorld();
+      const GridGeometry candidates = candidateGrid(stack->image.geometry, truth.geometry);
+      const Affine3 map = inverse(truth.geometry.indexToWorld()) * candidates.indexToWorld();
       EXPECT_NEAR(map.offset[2], std::round(map.offset[2]), 1e-6);
-      EXPECT_NEAR(lattice.spacing[2], 1, 1e-9);
-      const std::vector<double> at = planePositions(stack->image.geometry, lattice);
+      EXPECT_NEAR(candidates.spacing[2], 1, 1e-9);
+      const std::vector<double> at = planePositions(stack->image.geometry, candidates);
       EXPECT_LE(at.front() - 0.5 / gap, -0.5 + 1e-6);
       EXPECT_GE(at.back() + 0.5 / gap, static_cast<double>(stack->image.geometry.size[2]) - 0.5 - 1e-6);
-      EXPECT_LT(lattice.size[2], gap * stack->image.geometry.size[2] + 2);
+      EXPECT_LT(candidates.size[2], gap * stack->image.geometry.size[2] + 2);
     }
     GridGeometry other = truth.geometry;
     other.direction = obliqueDirection(0.7);
-    EXPECT_NEAR(predictionLattice(kept.image.geometry, other).spacing[2], 1, 0.05);
+    EXPECT_NEAR(candidateGrid(kept.image.geometry, other).spacing[2], 1, 0.05);
   }
 }
 

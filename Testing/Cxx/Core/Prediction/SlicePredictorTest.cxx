@@ -36,7 +36,7 @@ PredictionOptions with(PredictionEffort effort) {
   return options;
 }
 
-/// The lattice of the volume before only every gap-th slice was kept.
+/// The grid of the volume before only every gap-th slice was kept.
 GridGeometry fineGrid(const Stack& kept, int gap) {
   GridGeometry grid = kept.image.geometry;
   grid.spacing[2] /= gap;

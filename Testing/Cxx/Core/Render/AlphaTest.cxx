@@ -1,5 +1,5 @@
+#include "Core/Render/GridRenderer.h"
 #include "Core/Render/Kernels.h"
-#include "Core/Render/LatticeRenderer.h"
 #include "Core/Render/Render.h"
 #include "Core/Render/RenderPoints.h"
 #include "RandomFields.h"
@@ -111,18 +111,18 @@ TEST(Alpha, IsTheSameForAnyNumberOfThreadsAndTiles) {
     GridGeometry geometry = oblique();
     geometry.size = {70, 90, planes};
     geometry.spacing = {0.3, 0.3, 1.5};
-    const Lattice lattice = latticeOf(geometry, field.modelToWorld);
+    const SampleGrid grid = sampleGridOf(geometry, field.modelToWorld);
     std::vector<float> images[3], gradients[3];
     for (int n = 0; n < 3; ++n) {
       ThreadPool pool(std::array{1, 2, 5}[n]);
-      LatticeRenderer renderer(lattice, kernelSet(""), pool);
-      std::vector<float> t(lattice.bufferSize()), r(lattice.bufferSize(), 0.f);
-      images[n].resize(lattice.bufferSize());
+      GridRenderer renderer(grid, kernelSet(""), pool);
+      std::vector<float> t(grid.bufferSize()), r(grid.bufferSize(), 0.f);
+      images[n].resize(grid.bufferSize());
       renderer.forward(field, {}, t.data(), images[n].data());
       Numbers random(3);
-      for (int row = 0; row < lattice.ny * lattice.planes(); ++row)
-        for (int x = 0; x < lattice.nx; ++x)
-          r[static_cast<std::size_t>(row) * lattice.stride() + x] = static_cast<float>(random(-1, 1));
+      for (int row = 0; row < grid.ny * grid.planes(); ++row)
+        for (int x = 0; x < grid.nx; ++x)
+          r[static_cast<std::size_t>(row) * grid.stride() + x] = static_cast<float>(random(-1, 1));
       gradients[n].assign(16 * field.gaussians.size(), 0.f);
       renderer.backward(field, r.data(), images[n].data(), gradients[n]);
     }
@@ -140,11 +140,11 @@ TEST(Alpha, IsTheSameForAnyNumberOfThreadsAndTiles) {
 class AlphaKernels : public ::testing::TestWithParam<std::tuple<int, Selection>> {
 protected:
   void SetUp() override {
-    lattice.nx = std::get<0>(GetParam());
-    lattice.ny = 23;
-    lattice.z = {0.4};
-    lattice.indexToModel.linear = obliqueDirection(0.6);
-    Numbers random(50 + lattice.nx);
+    grid.nx = std::get<0>(GetParam());
+    grid.ny = 23;
+    grid.z = {0.4};
+    grid.indexToModel.linear = obliqueDirection(0.6);
+    Numbers random(50 + grid.nx);
     GaussianField field;
     field.blending = Blending::Alpha;
     field.cutoff = 2.8;
@@ -155,26 +155,26 @@ protected:
       cloud.maxLogWeight = 4;
       for (int i = 0; i < 20; ++i) {
         Gaussian g = randomGaussian(random, cloud);
-        const Vec3 at = lattice.indexToModel(
-            {random(-3, lattice.nx + 3), random(-3, 26), 0.4 + 2 * sigma * random(-1, 1)});
+        const Vec3 at =
+            grid.indexToModel({random(-3, grid.nx + 3), random(-3, 26), 0.4 + 2 * sigma * random(-1, 1)});
         for (int a = 0; a < 3; ++a)
           g.mean[a] = static_cast<float>(at[a]);
         field.gaussians.push_back(g);
       }
     }
-    project(field, {}, lattice, {}, pool, projected, selection);
+    project(field, {}, grid, {}, pool, projected, selection);
     ids.resize(projected.size());
     std::iota(ids.begin(), ids.end(), 0u);
   }
 
-  LatticeView view() const { return {lattice.nx, lattice.ny, 1, lattice.stride(), lattice.z.data()}; }
-  std::size_t tileSize() const { return static_cast<std::size_t>(tile.y1 - tile.y0) * lattice.stride(); }
+  GridView view() const { return {grid.nx, grid.ny, 1, grid.stride(), grid.z.data()}; }
+  std::size_t tileSize() const { return static_cast<std::size_t>(tile.y1 - tile.y0) * grid.stride(); }
 
   struct Forward {
     std::vector<float> transmittance, image;
   };
   Forward forward(const KernelSet& set) const {
-    Forward f{std::vector<float>(lattice.bufferSize(), 1.f), std::vector<float>(lattice.bufferSize(), 0.f)};
+    Forward f{std::vector<float>(grid.bufferSize(), 1.f), std::vector<float>(grid.bufferSize(), 0.f)};
     set.composite(projected.data(), ids.data(), ids.size(), view(), tile, f.transmittance.data(),
                   f.image.data());
     return f;
@@ -183,7 +183,7 @@ protected:
   const Selection selection = std::get<1>(GetParam());
   const TileRange tile{4, 19, 0, 1};
   ThreadPool pool{1};
-  Lattice lattice;
+  SampleGrid grid;
   std::vector<Projected> projected;
   std::vector<std::uint32_t> ids;
 };
@@ -195,9 +195,9 @@ TEST_P(AlphaKernels, CompositeAsTheScalarSetAndOnlyInTheTile) {
     SCOPED_TRACE(set.name);
     EXPECT_EQ(set.selection, selection);
     const Forward got = forward(set);
-    for (int y = 0; y < lattice.ny; ++y)
-      for (int x = 0; x < lattice.nx; ++x) {
-        const std::size_t v = static_cast<std::size_t>(y) * lattice.stride() + x;
+    for (int y = 0; y < grid.ny; ++y)
+      for (int x = 0; x < grid.nx; ++x) {
+        const std::size_t v = static_cast<std::size_t>(y) * grid.stride() + x;
         ASSERT_NEAR(got.transmittance[v], expected.transmittance[v], 1e-6);
         ASSERT_NEAR(got.image[v], expected.image[v], 2e-6);
         if (y < tile.y0 || y >= tile.y1) {
@@ -213,14 +213,14 @@ TEST_P(AlphaKernels, CompositeAsTheScalarSetAndOnlyInTheTile) {
 
 TEST_P(AlphaKernels, GradientAsTheScalarSet) {
   Numbers random(7);
-  std::vector<float> r(lattice.bufferSize(), 0.f);
-  for (int y = 0; y < lattice.ny; ++y)
-    for (int x = 0; x < lattice.nx; ++x)
-      r[static_cast<std::size_t>(y) * lattice.stride() + x] = static_cast<float>(random(-1, 1));
+  std::vector<float> r(grid.bufferSize(), 0.f);
+  for (int y = 0; y < grid.ny; ++y)
+    for (int x = 0; x < grid.nx; ++x)
+      r[static_cast<std::size_t>(y) * grid.stride() + x] = static_cast<float>(random(-1, 1));
   const auto momentsOf = [&](const KernelSet& set) {
     const Forward f = forward(set);
     std::vector<float> seen(tileSize(), 1.f);
-    const auto first = f.image.begin() + static_cast<std::ptrdiff_t>(tile.y0) * lattice.stride();
+    const auto first = f.image.begin() + static_cast<std::ptrdiff_t>(tile.y0) * grid.stride();
     std::vector<float> rest(first, first + static_cast<std::ptrdiff_t>(tileSize()));
     std::vector<math::PlaneMoments<float>> out(ids.size());
     set.compositeBackward(projected.data(), ids.data(), ids.size(), view(), tile, r.data(), seen.data(),

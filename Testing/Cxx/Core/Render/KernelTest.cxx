@@ -10,14 +10,14 @@ using namespace innergs::testing;
 
 namespace {
 
-/// Gaussians from a twentieth of a voxel to larger than the lattice; some partly, some entirely outside.
-std::vector<Projected> cloud(const Lattice& lattice, std::uint64_t seed, ThreadPool& pool,
+/// Gaussians from a twentieth of a voxel to larger than the grid; some partly, some entirely outside.
+std::vector<Projected> cloud(const SampleGrid& grid, std::uint64_t seed, ThreadPool& pool,
                              Selection selection = Selection::Exact) {
   GaussianField field;
   field.linearIntensity = true;
   field.cutoff = 3;
   Numbers random(seed);
-  const double nx = lattice.nx, ny = lattice.ny, nz = lattice.planes();
+  const double nx = grid.nx, ny = grid.ny, nz = grid.planes();
   for (const double sigma : {0.05, 0.3, 0.8, 1.5, 4.0, 12.0, 60.0}) {
     Cloud c;
     c.low = {-0.4 * nx - 3, -0.4 * ny - 3, -0.4 * nz - 3};
@@ -29,14 +29,13 @@ std::vector<Projected> cloud(const Lattice& lattice, std::uint64_t seed, ThreadP
       field.gaussians.push_back(randomGaussian(random, c));
   }
   std::vector<Projected> projected;
-  project(field, {}, lattice, {}, pool, projected, selection);
+  project(field, {}, grid, {}, pool, projected, selection);
   return projected;
 }
 
 struct Buffers {
   std::vector<float> a, b;
-  Buffers(const Lattice& lattice, float value)
-      : a(lattice.bufferSize(), value), b(lattice.bufferSize(), value) {}
+  Buffers(const SampleGrid& grid, float value) : a(grid.bufferSize(), value), b(grid.bufferSize(), value) {}
 };
 
 } // namespace
@@ -56,43 +55,41 @@ TEST(Kernels, ScalarIsTheLastOfSeveralSets) {
 class KernelsOfWidth : public ::testing::TestWithParam<std::tuple<int, Selection>> {
 protected:
   void SetUp() override {
-    lattice.nx = std::get<0>(GetParam());
-    lattice.ny = 13;
+    grid.nx = std::get<0>(GetParam());
+    grid.ny = 13;
     for (int k = 0; k < 7; ++k)
-      lattice.z.push_back(0.9 * k + 0.1);
-    lattice.indexToModel.linear[0] = {0.98, 0.10, -0.17};
-    lattice.indexToModel.linear[1] = {-0.12, 0.99, -0.06};
-    lattice.indexToModel.linear[2] = {0.16, 0.08, 0.98};
-    projected = cloud(lattice, 100 + lattice.nx, pool, selection);
+      grid.z.push_back(0.9 * k + 0.1);
+    grid.indexToModel.linear[0] = {0.98, 0.10, -0.17};
+    grid.indexToModel.linear[1] = {-0.12, 0.99, -0.06};
+    grid.indexToModel.linear[2] = {0.16, 0.08, 0.98};
+    projected = cloud(grid, 100 + grid.nx, pool, selection);
     ids.resize(projected.size());
     std::iota(ids.begin(), ids.end(), 0u);
   }
 
-  LatticeView view() const {
-    return {lattice.nx, lattice.ny, lattice.planes(), lattice.stride(), lattice.z.data()};
-  }
+  GridView view() const { return {grid.nx, grid.ny, grid.planes(), grid.stride(), grid.z.data()}; }
 
   const Selection selection = std::get<1>(GetParam());
   ThreadPool pool{1};
-  Lattice lattice;
+  SampleGrid grid;
   std::vector<Projected> projected;
   std::vector<std::uint32_t> ids;
 };
 
 TEST_P(KernelsOfWidth, AccumulateAsTheScalarSet) {
-  const TileRange all{0, lattice.ny, 0, lattice.planes()};
-  Buffers expected(lattice, 0);
+  const TileRange all{0, grid.ny, 0, grid.planes()};
+  Buffers expected(grid, 0);
   kernelSet("scalar", selection)
       .accumulate(projected.data(), ids.data(), ids.size(), view(), all, expected.a.data(),
                   expected.b.data());
   double covered = 0;
   for (const KernelSet& set : kernelSets(selection)) {
     SCOPED_TRACE(set.name);
-    Buffers got(lattice, 0);
+    Buffers got(grid, 0);
     set.accumulate(projected.data(), ids.data(), ids.size(), view(), all, got.a.data(), got.b.data());
-    for (int row = 0; row < lattice.ny * lattice.planes(); ++row)
-      for (int x = 0; x < lattice.nx; ++x) {
-        const std::size_t v = static_cast<std::size_t>(row) * lattice.stride() + x;
+    for (int row = 0; row < grid.ny * grid.planes(); ++row)
+      for (int x = 0; x < grid.nx; ++x) {
+        const std::size_t v = static_cast<std::size_t>(row) * grid.stride() + x;
         covered += expected.a[v] > 0;
         ASSERT_NEAR(got.a[v], expected.a[v], 1e-5 * std::abs(expected.a[v]) + 1e-6)
             << "column " << x << " row " << row;
@@ -107,20 +104,20 @@ TEST_P(KernelsOfWidth, AccumulateAsTheScalarSet) {
 TEST_P(KernelsOfWidth, AccumulateOnlyInTheTile) {
   const TileRange tile{3, 8, 2, 5};
   constexpr float before = 7;
-  Buffers whole(lattice, before);
-  const TileRange all{0, lattice.ny, 0, lattice.planes()};
+  Buffers whole(grid, before);
+  const TileRange all{0, grid.ny, 0, grid.planes()};
   for (const KernelSet& set : kernelSets(selection)) {
     SCOPED_TRACE(set.name);
     std::fill(whole.a.begin(), whole.a.end(), before);
     std::fill(whole.b.begin(), whole.b.end(), before);
     set.accumulate(projected.data(), ids.data(), ids.size(), view(), all, whole.a.data(), whole.b.data());
-    Buffers got(lattice, before);
+    Buffers got(grid, before);
     set.accumulate(projected.data(), ids.data(), ids.size(), view(), tile, got.a.data(), got.b.data());
-    for (int k = 0; k < lattice.planes(); ++k)
-      for (int y = 0; y < lattice.ny; ++y) {
+    for (int k = 0; k < grid.planes(); ++k)
+      for (int y = 0; y < grid.ny; ++y) {
         const bool inside = y >= tile.y0 && y < tile.y1 && k >= tile.k0 && k < tile.k1;
-        for (int x = 0; x < lattice.nx; ++x) {
-          const std::size_t v = (static_cast<std::size_t>(k) * lattice.ny + y) * lattice.stride() + x;
+        for (int x = 0; x < grid.nx; ++x) {
+          const std::size_t v = (static_cast<std::size_t>(k) * grid.ny + y) * grid.stride() + x;
           if (inside) {
             ASSERT_NEAR(got.a[v], whole.a[v], 1e-6 * whole.a[v]);
             ASSERT_NEAR(got.b[v], whole.b[v], 2e-6 * whole.a[v]);
@@ -134,10 +131,10 @@ TEST_P(KernelsOfWidth, AccumulateOnlyInTheTile) {
 }
 
 TEST_P(KernelsOfWidth, AddToWhatIsThereInTheOrderGiven) {
-  const TileRange all{0, lattice.ny, 0, lattice.planes()};
+  const TileRange all{0, grid.ny, 0, grid.planes()};
   for (const KernelSet& set : kernelSets(selection)) {
     SCOPED_TRACE(set.name);
-    Buffers once(lattice, 0), twice(lattice, 0);
+    Buffers once(grid, 0), twice(grid, 0);
     const std::size_t half = ids.size() / 2;
     set.accumulate(projected.data(), ids.data(), ids.size(), view(), all, once.a.data(), once.b.data());
     set.accumulate(projected.data(), ids.data(), half, view(), all, twice.a.data(), twice.b.data());
@@ -150,14 +147,14 @@ TEST_P(KernelsOfWidth, AddToWhatIsThereInTheOrderGiven) {
 
 TEST_P(KernelsOfWidth, GatherAsTheScalarSet) {
   Numbers random(3);
-  Buffers f(lattice, 0); // zero in the padding
-  for (int row = 0; row < lattice.ny * lattice.planes(); ++row)
-    for (int x = 0; x < lattice.nx; ++x) {
-      const std::size_t v = static_cast<std::size_t>(row) * lattice.stride() + x;
+  Buffers f(grid, 0); // zero in the padding
+  for (int row = 0; row < grid.ny * grid.planes(); ++row)
+    for (int x = 0; x < grid.nx; ++x) {
+      const std::size_t v = static_cast<std::size_t>(row) * grid.stride() + x;
       f.a[v] = static_cast<float>(random(-1, 1));
       f.b[v] = static_cast<float>(random(-1, 1));
     }
-  std::vector<float> ones(lattice.bufferSize(), 0.f);
+  std::vector<float> ones(grid.bufferSize(), 0.f);
   for (std::size_t v = 0; v < ones.size(); ++v)
     ones[v] = std::abs(f.a[v]) + std::abs(f.b[v]);
   constexpr int kCount = sizeof(math::Moments<float>) / sizeof(float);
@@ -169,7 +166,7 @@ TEST_P(KernelsOfWidth, GatherAsTheScalarSet) {
     const Projected& g = projected[i];
     const double reach = 1 + std::max({g.half[0], g.half[1], g.half[2]});
     // The magnitude of the sum: moments of absolute values, bounded by Σ|f|·q times powers of the reach on
-    // the lattice.
+    // the grid.
     math::Moments<float> absolute;
     Projected plain = g;
     plain.value = 1;
@@ -204,7 +201,7 @@ INSTANTIATE_TEST_SUITE_P(Rows, KernelsOfWidth,
 
 TEST(Kernels, KeepTheirPrecisionFarFromTheOrigin) {
   // Offsets of a Gaussian to voxels must not lose bits because of a large patient coordinate.
-  Lattice near, far;
+  SampleGrid near, far;
   near.nx = far.nx = 20;
   near.ny = far.ny = 9;
   near.z = far.z = {0, 1, 2, 3, 4};

@@ -8,20 +8,20 @@
 using namespace innergs;
 using namespace innergs::testing;
 
-/// The limits of planes, rows and columns, for Gaussians from a tenth of a voxel to larger than the lattice.
+/// The limits of planes, rows and columns, for Gaussians from a tenth of a voxel to larger than the grid.
 class Limits : public ::testing::TestWithParam<double> {};
 
 TEST_P(Limits, NeverMissAVoxelInsideTheEllipsoid) {
-  Lattice lattice;
+  SampleGrid samples;
   const GridGeometry geometry = grid(26, 21, 19, {0.8, 1.1, 1.7}, {4, -3, 8}, obliqueDirection(0.9, true));
-  lattice.indexToModel = Affine3{obliqueDirection(-0.3), {1, 2, 3}} * geometry.indexToWorld();
-  lattice.nx = 26;
-  lattice.ny = 21;
+  samples.indexToModel = Affine3{obliqueDirection(-0.3), {1, 2, 3}} * geometry.indexToWorld();
+  samples.nx = 26;
+  samples.ny = 21;
   for (int k = 0; k < 19; ++k)
-    lattice.z.push_back(k + 0.2 * std::sin(3.0 * k)); // uneven, like quadrature planes
-  const LatticeView view{26, 21, 19, lattice.stride(), lattice.z.data()};
+    samples.z.push_back(k + 0.2 * std::sin(3.0 * k)); // uneven, like quadrature planes
+  const GridView view{26, 21, 19, samples.stride(), samples.z.data()};
   Cloud cloud;
-  const Vec3 centre = lattice.indexToModel({12.5, 10, 9});
+  const Vec3 centre = samples.indexToModel({12.5, 10, 9});
   for (int a = 0; a < 3; ++a)
     cloud.low[a] = centre[a] - 18, cloud.high[a] = centre[a] + 18;
   cloud.minSigma = 0.1;
@@ -31,7 +31,7 @@ TEST_P(Limits, NeverMissAVoxelInsideTheEllipsoid) {
   field.cutoff = 2.7;
   ThreadPool pool(2);
   std::vector<Projected> projected;
-  project(field, {}, lattice, {}, pool, projected);
+  project(field, {}, samples, {}, pool, projected);
   const auto parameters = parametersOf(field);
   const double r2 = field.cutoff * field.cutoff;
   std::int64_t inside = 0, visited = 0;
@@ -43,13 +43,13 @@ TEST_P(Limits, NeverMissAVoxelInsideTheEllipsoid) {
     columnRange(g, c0, c1);
     for (int k = 0; k < view.nz; ++k) {
       int r0 = 0, r1 = 0;
-      const bool rows = k >= k0 && k < k1 && rowRange(g, planeOffset(g, lattice.z[k]), r0, r1);
+      const bool rows = k >= k0 && k < k1 && rowRange(g, planeOffset(g, samples.z[k]), r0, r1);
       for (int y = 0; y < view.ny; ++y) {
         const bool row = rows && y >= g.cell[1] + r0 && y < g.cell[1] + r1;
         visited += row;
         double nearest = 1e300;
         for (int x = 0; x < view.nx; ++x) {
-          const double m = reference.mahalanobis(lattice.indexToModel({double(x), double(y), lattice.z[k]}));
+          const double m = reference.mahalanobis(samples.indexToModel({double(x), double(y), samples.z[k]}));
           nearest = std::min(nearest, m);
           if (m > r2 * (1 - 1e-4)) continue;
           ++inside;
@@ -59,8 +59,8 @@ TEST_P(Limits, NeverMissAVoxelInsideTheEllipsoid) {
         }
         if (!row) continue;
         // Exact: the row's line touches the ellipsoid (x need not be a whole column).
-        const Vec3 a = lattice.indexToModel({0, double(y), lattice.z[k]});
-        const Vec3 b = lattice.indexToModel({1, double(y), lattice.z[k]});
+        const Vec3 a = samples.indexToModel({0, double(y), samples.z[k]});
+        const Vec3 b = samples.indexToModel({1, double(y), samples.z[k]});
         const double m0 = reference.mahalanobis(a), m1 = reference.mahalanobis(b);
         const double m2 = reference.mahalanobis(a + 2.0 * (b - a));
         const double curvature = 0.5 * (m2 - 2 * m1 + m0), slope = m1 - m0 - curvature;

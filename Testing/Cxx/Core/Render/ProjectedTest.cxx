@@ -9,7 +9,7 @@
 namespace innergs::testing {
 namespace {
 
-// Oblique lattices of few planes, with and without a profile: Gaussians that are only marked have no row in
+// Oblique grids of few planes, with and without a profile: Gaussians that are only marked have no row in
 // any plane, and all others are unchanged.
 TEST(Projected, NearOnesAreTheSameAndTheRestReachNoPlane) {
   ThreadPool pool(2);
@@ -23,11 +23,11 @@ TEST(Projected, NearOnesAreTheSameAndTheRestReachNoPlane) {
   for (const bool blurred : {false, true})
     for (const std::vector<double>& planes :
          {std::vector<double>{0}, std::vector<double>{-1, 0, 0.5}, std::vector<double>{100}}) {
-      Lattice lattice;
-      lattice.nx = lattice.ny = 9;
-      lattice.z = planes;
-      lattice.indexToModel.linear = obliqueDirection(0.4) * diagonal({1, 0.8, 3});
-      lattice.indexToModel.offset = {-4, 2, 5};
+      SampleGrid grid;
+      grid.nx = grid.ny = 9;
+      grid.z = planes;
+      grid.indexToModel.linear = obliqueDirection(0.4) * diagonal({1, 0.8, 3});
+      grid.indexToModel.offset = {-4, 2, 5};
       ClosedFormPsf psf;
       if (blurred) {
         psf.active = true;
@@ -35,11 +35,10 @@ TEST(Projected, NearOnesAreTheSameAndTheRestReachNoPlane) {
         std::copy_n(covariance, 6, psf.covariance);
       }
       std::vector<Projected> all, near;
-      project(field, values, lattice, psf, pool, all);
-      projectNear(field, values, lattice, psf, pool, near);
+      project(field, values, grid, psf, pool, all);
+      projectNear(field, values, grid, psf, pool, near);
       ASSERT_EQ(near.size(), all.size());
-      const LatticeView view{lattice.nx, lattice.ny, static_cast<int>(planes.size()), lattice.stride(),
-                             lattice.z.data()};
+      const GridView view{grid.nx, grid.ny, static_cast<int>(planes.size()), grid.stride(), grid.z.data()};
       int marked = 0, reaching = 0;
       for (std::size_t i = 0; i < all.size(); ++i) {
         int first, last;

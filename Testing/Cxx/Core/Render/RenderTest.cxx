@@ -72,7 +72,7 @@ TEST_P(Rendering, OfOnePointAgreesThroughEverySlicing) {
   for (std::size_t v = 0; v < points.size(); ++v)
     ASSERT_NEAR(points[v], volume.voxels[v], tolerance) << "point " << v;
 
-  // Single slices along every lattice axis: axial, coronal, sagittal of this lattice; two of them are
+  // Single slices along every grid axis: axial, coronal, sagittal of this grid; two of them are
   // left-handed.
   for (int axis = 0; axis < 3; ++axis) {
     const Volume turned = withSliceAxis(volume, axis);
@@ -104,7 +104,7 @@ TEST_P(Rendering, OfOnePointAgreesThroughEverySlicing) {
   }
 }
 
-TEST_P(Rendering, OfAMirroredAndPermutedLatticeIsTheSameImage) {
+TEST_P(Rendering, OfAMirroredAndPermutedGridIsTheSameImage) {
   const GridGeometry geometry = obliqueGrid();
   const Volume volume = render(field, geometry);
   GridGeometry mirrored = geometry; // I reversed: left-handed

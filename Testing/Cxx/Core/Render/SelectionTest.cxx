@@ -15,7 +15,7 @@ namespace {
 
 constexpr Selection kAll[] = {Selection::Exact, Selection::Method1, Selection::Method2};
 
-/// Oblique lattice, unequal spacings, Gaussians with axis ratios up to 4.
+/// Oblique grid, unequal spacings, Gaussians with axis ratios up to 4.
 struct Scene {
   Scene() {
     Cloud cloud;
@@ -26,38 +26,38 @@ struct Scene {
     cloud.anisotropy = 4;
     field = randomField(120, cloud, 12, Blending::Normalised, false);
     field.cutoff = 3;
-    lattice.nx = 19;
-    lattice.ny = 17;
+    grid.nx = 19;
+    grid.ny = 17;
     for (int k = 0; k < 14; ++k)
-      lattice.z.push_back(k);
-    lattice.indexToModel.linear = obliqueDirection(0.3) * diagonal({1, 0.9, 1.1});
-    view = {lattice.nx, lattice.ny, 14, lattice.stride(), lattice.z.data()};
+      grid.z.push_back(k);
+    grid.indexToModel.linear = obliqueDirection(0.3) * diagonal({1, 0.9, 1.1});
+    view = {grid.nx, grid.ny, 14, grid.stride(), grid.z.data()};
   }
 
   std::set<int> candidates(const Projected& g, Selection selection) const {
     std::set<int> found;
-    forEachCandidateRow(g, view, selection, {0, lattice.ny, 0, 14}, [&](int k, int y, int x0, int x1) {
+    forEachCandidateRow(g, view, selection, {0, grid.ny, 0, 14}, [&](int k, int y, int x0, int x1) {
       for (int x = x0; x < x1; ++x)
-        EXPECT_TRUE(found.insert(x + lattice.nx * (y + lattice.ny * k)).second) << "visited twice";
+        EXPECT_TRUE(found.insert(x + grid.nx * (y + grid.ny * k)).second) << "visited twice";
     });
     return found;
   }
 
   std::vector<Projected> projected(Selection selection) {
     std::vector<Projected> all;
-    project(field, {}, lattice, {}, pool, all, selection);
+    project(field, {}, grid, {}, pool, all, selection);
     return all;
   }
 
   GaussianField field;
-  Lattice lattice;
-  LatticeView view;
+  SampleGrid grid;
+  GridView view;
   ThreadPool pool{1};
 };
 
 /// Covariance in index coordinates, by its definition.
 void indexCovariance(const Scene& scene, const Gaussian& g, double* s) {
-  const Mat3 toIndex = inverse(scene.lattice.indexToModel).linear;
+  const Mat3 toIndex = inverse(scene.grid.indexToModel).linear;
   const double q[4] = {g.quaternion[0], g.quaternion[1], g.quaternion[2], g.quaternion[3]};
   double r[9], scaled[9], inIndex[9], a[9];
   math::rotation(q, r);
@@ -98,7 +98,7 @@ TEST(Selection, LargestEigenvalueIsThatOfPowerIteration) {
 
 TEST(Selection, CandidatesAreWhatTheDefinitionsSay) {
   Scene scene;
-  const Affine3 modelToIndex = inverse(scene.lattice.indexToModel);
+  const Affine3 modelToIndex = inverse(scene.grid.indexToModel);
   int total[3] = {}, unsure[3] = {};
   for (const Selection selection : kAll) {
     const auto projected = scene.projected(selection);
@@ -116,8 +116,8 @@ TEST(Selection, CandidatesAreWhatTheDefinitionsSay) {
       const double cube = 3 * std::sqrt(powerIteration(s));
       const auto found = scene.candidates(projected[n], selection);
       for (int k = 0; k < 14; ++k)
-        for (int y = 0; y < scene.lattice.ny; ++y)
-          for (int x = 0; x < scene.lattice.nx; ++x) {
+        for (int y = 0; y < scene.grid.ny; ++y)
+          for (int x = 0; x < scene.grid.nx; ++x) {
             const double d[3] = {x - mean[0], y - mean[1], k - mean[2]};
             double excess; // > 0: not a candidate; in units of the limit
             if (selection == Selection::Exact) {
@@ -135,7 +135,7 @@ TEST(Selection, CandidatesAreWhatTheDefinitionsSay) {
                                  std::abs(d[2]) / (3 * std::sqrt(slice.variance)) - 1});
             }
             const int which = static_cast<int>(selection);
-            const bool candidate = found.count(x + scene.lattice.nx * (y + scene.lattice.ny * k)) > 0;
+            const bool candidate = found.count(x + scene.grid.nx * (y + scene.grid.ny * k)) > 0;
             total[which] += candidate;
             if (std::abs(excess) < 1e-3) {
               ++unsure[which]; // within rounding of the limit
@@ -169,7 +169,7 @@ TEST(Selection, Method1ContainsExact) {
 // Voxels exactly on the rim: round Gaussians on voxel centres, with radii that end on voxels.
 TEST(Selection, Method1ContainsExactOnTheRim) {
   Scene scene;
-  scene.lattice.indexToModel = {};
+  scene.grid.indexToModel = {};
   scene.field.gaussians.clear();
   Numbers random(31);
   for (int n = 0; n < 300; ++n) {

@@ -12,7 +12,7 @@ namespace innergs {
 /// constant beyond the outermost ones. A rotation is r = 2·tan(θ/2)·axis, the Rodrigues vector: its
 /// quaternion is (1, r/2), not normalised, so that gradients through it are linear. Six values per node:
 /// displacement, rotation.
-struct MotionLattice {
+struct MotionGrid {
   static constexpr int kValues = 6;
 
   std::array<std::int64_t, 3> size{0, 0, 0}; // nodes along x, y, z; at least 2 each
@@ -38,12 +38,12 @@ struct MotionLattice {
   std::array<float, kValues> at(const Place& place, std::span<const float> values) const;
 };
 
-/// A lattice with nodes about every `spacing` mm over a box (mm, model frame).
-MotionLattice latticeOver(const Vec3& low, const Vec3& high, const Vec3& spacing);
+/// A grid with nodes about every `spacing` mm over a box (mm, model frame).
+MotionGrid motionGridOver(const Vec3& low, const Vec3& high, const Vec3& spacing);
 
 /// Σ over axes and nodes of squared second differences between neighbouring nodes, with 1 rad of rotation
 /// counting as `rotationScale` mm; adds its gradient times `weight`. Zero for anything linear in space.
-double addBending(const MotionLattice& lattice, std::span<const float> values, double rotationScale,
-                  double weight, std::span<float> gradient);
+double addBending(const MotionGrid& grid, std::span<const float> values, double rotationScale, double weight,
+                  std::span<float> gradient);
 
 } // namespace innergs

@@ -5,31 +5,31 @@
 
 namespace innergs {
 
-/// Renders fields onto one lattice and gathers gradients from it. Buffers are [plane][row][stride]; `weights`
+/// Renders fields onto one grid and gathers gradients from it. Buffers are [plane][row][stride]; `weights`
 /// holds W and `numerators` N (alpha blending: the transmittance behind all Gaussians, and I).
-class LatticeRenderer {
+class GridRenderer {
 public:
   /// scratch: shared by renderers that take turns, each doing forward() and backward() in one go; null: its
   /// own.
   using Scratch = std::shared_ptr<std::vector<Projected>>;
-  LatticeRenderer(Lattice lattice, const KernelSet& kernels, ThreadPool& pool, ClosedFormPsf psf = {},
-                  Scratch scratch = {});
+  GridRenderer(SampleGrid grid, const KernelSet& kernels, ThreadPool& pool, ClosedFormPsf psf = {},
+               Scratch scratch = {});
 
-  const Lattice& lattice() const { return lattice_; }
+  const SampleGrid& grid() const { return grid_; }
 
   /// Writes W = Σ w p and N = Σ w p (c + g·d) (alpha: transmittance and I) to the caller's buffers, each of
   /// bufferSize(), overwriting them.
   void forward(const GaussianField& field, std::span<const float> values, float* weights, float* numerators);
 
   /// Adds dL/d(parameters) of every Gaussian to `gradient`, 16 floats each in the order of struct Gaussian,
-  /// from F0 and F1 (Docs/method.md; alpha: ∂L/∂I and I) on the lattice. Call forward() with the same field
+  /// from F0 and F1 (Docs/method.md; alpha: ∂L/∂I and I) on the grid. Call forward() with the same field
   /// first.
   void backward(const GaussianField& field, const float* f0, const float* f1, std::span<float> gradient);
 
 private:
-  LatticeView view() const;
+  GridView view() const;
 
-  Lattice lattice_;
+  SampleGrid grid_;
   const KernelSet& kernels_;
   ThreadPool& pool_;
   ClosedFormPsf psf_;

@@ -1,11 +1,11 @@
-#include "Core/Prediction/CandidateLattice.h"
+#include "Core/Prediction/CandidateGrid.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace innergs {
 
-GridGeometry predictionLattice(const GridGeometry& stack, const GridGeometry& wanted) {
+GridGeometry candidateGrid(const GridGeometry& stack, const GridGeometry& wanted) {
   const double fine = std::min({stack.spacing[0], stack.spacing[1], stack.spacing[2]});
   GridGeometry grid = withSpacing(stack, {stack.spacing[0], stack.spacing[1], fine});
   const Vec3 normal = column(stack.direction, 2);

@@ -8,11 +8,11 @@ namespace innergs {
 /// The largest slice distance or thickness, mm.
 double coarsestSlices(std::span<const Stack> stacks);
 
-/// The lattice that ErrorTransfer simulates scans of: a cube around a place (LPS mm) with the first stack's
+/// The grid that ErrorTransfer simulates scans of: a cube around a place (LPS mm) with the first stack's
 /// axes.
 GridGeometry simulationGrid(std::span<const Stack> stacks, const Vec3& middle);
 
 /// The parts of the stacks inside `grid`, without voxels.
-std::vector<Stack> simulatedLattices(std::span<const Stack> stacks, const GridGeometry& grid);
+std::vector<Stack> simulatedGrids(std::span<const Stack> stacks, const GridGeometry& grid);
 
 } // namespace innergs

@@ -1,4 +1,4 @@
-#include "Core/Uncertainty/SimulatedLattices.h"
+#include "Core/Uncertainty/SimulatedGrids.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::int64_t kEdge = 96;  // voxels of the cube
 constexpr double kFewestSlices = 8; // of the thickest stack, in it
-constexpr double kRounding = 1e-6;  // of lattice indices
+constexpr double kRounding = 1e-6;  // of grid indices
 
 GridGeometry partIn(const GridGeometry& cube, const GridGeometry& g) {
   const Affine3 map = inverse(g.indexToWorld()) * cube.indexToWorld();
@@ -56,7 +56,7 @@ GridGeometry simulationGrid(std::span<const Stack> stacks, const Vec3& middle) {
   return grid;
 }
 
-std::vector<Stack> simulatedLattices(std::span<const Stack> stacks, const GridGeometry& grid) {
+std::vector<Stack> simulatedGrids(std::span<const Stack> stacks, const GridGeometry& grid) {
   std::vector<Stack> parts;
   for (const Stack& stack : stacks) {
     Stack& part = parts.emplace_back();

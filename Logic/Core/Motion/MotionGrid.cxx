@@ -1,11 +1,11 @@
-#include "Core/Motion/MotionLattice.h"
+#include "Core/Motion/MotionGrid.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace innergs {
 
-MotionLattice::Place MotionLattice::place(const float* point) const {
+MotionGrid::Place MotionGrid::place(const float* point) const {
   Place p;
   std::int64_t cell[3];
   for (int a = 0; a < 3; ++a) {
@@ -18,7 +18,7 @@ MotionLattice::Place MotionLattice::place(const float* point) const {
   return p;
 }
 
-MotionLattice::Corners MotionLattice::corners(const Place& p) const {
+MotionGrid::Corners MotionGrid::corners(const Place& p) const {
   Corners c;
   const auto row = static_cast<std::uint32_t>(size[0]), plane = static_cast<std::uint32_t>(size[0] * size[1]);
   for (std::uint32_t n = 0; n < 8; ++n) {
@@ -30,8 +30,7 @@ MotionLattice::Corners MotionLattice::corners(const Place& p) const {
   return c;
 }
 
-std::array<float, MotionLattice::kValues> MotionLattice::at(const Place& p,
-                                                            std::span<const float> values) const {
+std::array<float, MotionGrid::kValues> MotionGrid::at(const Place& p, std::span<const float> values) const {
   const Corners c = corners(p);
   std::array<float, kValues> sum{};
   for (int n = 0; n < 8; ++n)
@@ -40,28 +39,28 @@ std::array<float, MotionLattice::kValues> MotionLattice::at(const Place& p,
   return sum;
 }
 
-MotionLattice latticeOver(const Vec3& low, const Vec3& high, const Vec3& spacing) {
-  MotionLattice lattice;
-  lattice.origin = low;
+MotionGrid motionGridOver(const Vec3& low, const Vec3& high, const Vec3& spacing) {
+  MotionGrid grid;
+  grid.origin = low;
   for (int a = 0; a < 3; ++a) {
     const double extent = high[a] - low[a];
-    lattice.size[a] = std::max<std::int64_t>(2, std::llround(extent / spacing[a]) + 1);
-    lattice.spacing[a] = std::max(extent, 1e-6) / static_cast<double>(lattice.size[a] - 1);
+    grid.size[a] = std::max<std::int64_t>(2, std::llround(extent / spacing[a]) + 1);
+    grid.spacing[a] = std::max(extent, 1e-6) / static_cast<double>(grid.size[a] - 1);
   }
-  return lattice;
+  return grid;
 }
 
-double addBending(const MotionLattice& lattice, std::span<const float> values, double rotationScale,
-                  double weight, std::span<float> gradient) {
-  constexpr int n = MotionLattice::kValues;
-  const std::int64_t step[3] = {1, lattice.size[0], lattice.size[0] * lattice.size[1]};
+double addBending(const MotionGrid& grid, std::span<const float> values, double rotationScale, double weight,
+                  std::span<float> gradient) {
+  constexpr int n = MotionGrid::kValues;
+  const std::int64_t step[3] = {1, grid.size[0], grid.size[0] * grid.size[1]};
   double sum = 0;
-  for (std::int64_t k = 0; k < lattice.size[2]; ++k)
-    for (std::int64_t j = 0; j < lattice.size[1]; ++j)
-      for (std::int64_t i = 0; i < lattice.size[0]; ++i) {
+  for (std::int64_t k = 0; k < grid.size[2]; ++k)
+    for (std::int64_t j = 0; j < grid.size[1]; ++j)
+      for (std::int64_t i = 0; i < grid.size[0]; ++i) {
         const std::int64_t at[3] = {i, j, k}, node = i + j * step[1] + k * step[2];
         for (int a = 0; a < 3; ++a) {
-          if (at[a] == 0 || at[a] + 1 == lattice.size[a]) continue;
+          if (at[a] == 0 || at[a] + 1 == grid.size[a]) continue;
           const std::int64_t before = n * (node - step[a]), here = n * node, after = n * (node + step[a]);
           for (int v = 0; v < n; ++v) {
             const double scale = v < 3 ? 1 : rotationScale * rotationScale;

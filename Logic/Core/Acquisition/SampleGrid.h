@@ -11,7 +11,7 @@ struct GridGeometry;
 
 /// Where a field is evaluated: nx×ny points on parallel planes at continuous index z, all in index
 /// coordinates (x, y, z).
-struct Lattice {
+struct SampleGrid {
   Affine3 indexToModel; // mm, model frame
   int nx = 0, ny = 0;
   std::vector<double> z; // ascending
@@ -24,8 +24,8 @@ struct Lattice {
 };
 
 /// The voxel centres of a grid, or of its slices from `first` up to `last`, seen from a model.
-Lattice latticeOf(const GridGeometry& grid, const Affine3& modelToWorld);
-Lattice latticeOf(const GridGeometry& grid, const Affine3& modelToWorld, std::int64_t first,
-                  std::int64_t last);
+SampleGrid sampleGridOf(const GridGeometry& grid, const Affine3& modelToWorld);
+SampleGrid sampleGridOf(const GridGeometry& grid, const Affine3& modelToWorld, std::int64_t first,
+                        std::int64_t last);
 
 } // namespace innergs
