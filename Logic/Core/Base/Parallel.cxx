@@ -16,20 +16,20 @@ int threadCount(int asked) {
 
 ThreadPool::ThreadPool(int threads) {
   threads = threadCount(threads);
-  if (hire(threads - 1)) return;
-  const int enough = static_cast<int>(crew_.size()) / 2; // leaves memory for the work itself
-  dismiss();
-  hire(enough);
+  if (startWorkers(threads - 1)) return;
+  const int enough = static_cast<int>(workers_.size()) / 2; // leaves memory for the work itself
+  joinWorkers();
+  startWorkers(enough);
 }
 
 ThreadPool::~ThreadPool() {
-  dismiss();
+  joinWorkers();
 }
 
-bool ThreadPool::hire(int workers) {
+bool ThreadPool::startWorkers(int workers) {
   try {
-    while (static_cast<int>(crew_.size()) < workers)
-      crew_.emplace_back([this, low = threadPriorityLowered()] {
+    while (static_cast<int>(workers_.size()) < workers)
+      workers_.emplace_back([this, low = threadPriorityLowered()] {
         if (low) lowerThreadPriority();
         work();
       });
@@ -41,15 +41,15 @@ bool ThreadPool::hire(int workers) {
   }
 }
 
-void ThreadPool::dismiss() {
+void ThreadPool::joinWorkers() {
   {
     std::lock_guard lock(mutex_);
     quit_ = true;
   }
   wake_.notify_all();
-  for (auto& thread : crew_)
+  for (auto& thread : workers_)
     thread.join();
-  crew_.clear();
+  workers_.clear();
   quit_ = false;
 }
 
@@ -99,7 +99,7 @@ void ThreadPool::run(std::int64_t count, const std::function<void(std::int64_t)>
 
 void ThreadPool::runToEnd(std::int64_t count, const std::function<void(std::int64_t)>& task) {
   if (count <= 0) return;
-  if (crew_.empty() || count == 1) {
+  if (workers_.empty() || count == 1) {
     for (std::int64_t i = 0; i < count; ++i)
       task(i);
     return;
@@ -109,7 +109,7 @@ void ThreadPool::runToEnd(std::int64_t count, const std::function<void(std::int6
     task_ = &task;
     next_ = 0;
     count_ = count;
-    busy_ = static_cast<int>(crew_.size());
+    busy_ = static_cast<int>(workers_.size());
     error_ = nullptr;
     ++generation_;
   }

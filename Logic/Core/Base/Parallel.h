@@ -23,7 +23,7 @@ public:
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
-  int threads() const { return static_cast<int>(crew_.size()) + 1; }
+  int threads() const { return static_cast<int>(workers_.size()) + 1; }
 
   /// The token that run() and blocks() check before every task. Set by the owner of the job.
   void setStop(std::stop_token stop) { stop_ = std::move(stop); }
@@ -45,12 +45,12 @@ public:
               const std::function<void(std::int64_t, std::int64_t)>& task);
 
 private:
-  bool hire(int workers); // false: could not start all of them
-  void dismiss();
+  bool startWorkers(int workers); // false: could not start all of them
+  void joinWorkers();
   void work();
   void drain(const std::function<void(std::int64_t)>& task);
 
-  std::vector<std::thread> crew_;
+  std::vector<std::thread> workers_;
   std::mutex mutex_;
   std::condition_variable wake_, done_;
   const std::function<void(std::int64_t)>* task_ = nullptr;

@@ -13,7 +13,7 @@ namespace innergs::testing {
 
 /// State shared by the threads of a block, besides its Shared.
 template <int threads>
-struct ThreadCrew {
+struct ThreadGroup {
   static constexpr int kWarps = threads / cuda::kWarp;
   struct Warp {
     std::barrier<> barrier{cuda::kWarp};
@@ -38,13 +38,13 @@ public:
     T value_;
   };
 
-  ThreadBlock(std::int64_t index, int thread, Shared& shared, ThreadCrew<threads>& crew)
-      : index_(index), thread_(thread), shared_(shared), crew_(crew),
-        warp_(crew.warps[thread / cuda::kWarp]) {}
+  ThreadBlock(std::int64_t index, int thread, Shared& shared, ThreadGroup<threads>& group)
+      : index_(index), thread_(thread), shared_(shared), group_(group),
+        warp_(group.warps[thread / cuda::kWarp]) {}
 
   std::int64_t index() const { return index_; }
   Shared& shared() { return shared_; }
-  void sync() { crew_.barrier.arrive_and_wait(); }
+  void sync() { group_.barrier.arrive_and_wait(); }
 
   template <class Phase>
   void forEachThread(Phase&& phase) {
@@ -100,8 +100,8 @@ private:
   std::int64_t index_;
   int thread_;
   Shared& shared_;
-  ThreadCrew<threads>& crew_;
-  typename ThreadCrew<threads>::Warp& warp_;
+  ThreadGroup<threads>& group_;
+  typename ThreadGroup<threads>::Warp& warp_;
 };
 
 struct RealThreads {
@@ -109,12 +109,12 @@ struct RealThreads {
   static void run(const Kernel& kernel, std::int64_t blocks) {
     using Shared = typename Kernel::Shared;
     const auto shared = std::make_unique<Shared>();
-    const auto crew = std::make_unique<ThreadCrew<Kernel::kThreads>>();
+    const auto group = std::make_unique<ThreadGroup<Kernel::kThreads>>();
     std::vector<std::thread> threads;
     for (int t = 0; t < Kernel::kThreads; ++t)
       threads.emplace_back([&, t] {
         for (std::int64_t i = 0; i < blocks; ++i) {
-          ThreadBlock<Kernel::kThreads, Shared> block(i, t, *shared, *crew);
+          ThreadBlock<Kernel::kThreads, Shared> block(i, t, *shared, *group);
           kernel(block);
           block.sync(); // the next block has the same shared memory
         }
