@@ -22,8 +22,8 @@ using AllKernels =
     KernelList<Project, CountPairs<BrickReach>, CountPairs<TileReach>, CountPairs<CellReach>,
                EmitPairs<BrickReach>, EmitPairs<TileReach>, EmitPairs<CellReach>, FindStarts, Accumulate,
                Gather, GatherLarge, Composite, CompositeBackward, SumSlots, PointLosses, SumLosses, SsimTerms,
-               SsimGradient, Chain, Update, Finish, QueryPoints, RelocationKeys, MarkParents, CountVictims,
-               TakeVictims, Relocate, DensifyMarks, TakeKept, Densify, BoxMeans, BoxBoxes, MortonKeys,
+               SsimGradient, Chain, Update, Finish, QueryPoints, RelocationKeys, MarkParents, CountReplaced,
+               TakeReplaced, Relocate, DensifyMarks, TakeKept, Densify, BoxMeans, BoxBoxes, MortonKeys,
                TakeIds, TakeRecords, FeatureGradients, CodeGradients, SumCodeChunks, UpdateCodes,
                UpdateLatents>;
 

@@ -4,8 +4,8 @@ using namespace innergs::cuda;
 
 INNERGS_LAUNCH(RelocationKeys);
 INNERGS_LAUNCH(MarkParents);
-INNERGS_LAUNCH(CountVictims);
-INNERGS_LAUNCH(TakeVictims);
+INNERGS_LAUNCH(CountReplaced);
+INNERGS_LAUNCH(TakeReplaced);
 INNERGS_LAUNCH(Relocate);
 INNERGS_LAUNCH(DensifyMarks);
 INNERGS_LAUNCH(TakeKept);

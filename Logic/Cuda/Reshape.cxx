@@ -56,44 +56,45 @@ void Ranking::clear() {
 }
 
 void Relocation::reserve(std::int64_t count) {
-  need_.reserve(count);
-  use_.reserve(count);
+  priority_.reserve(count);
+  influence_.reserve(count);
   marks_.reserve(count);
   counts_.reserve(count + 1);
   place_.reserve(count + 1);
-  victims_.reserve(count);
+  replaced_.reserve(count);
   reserveBoxes(boxes_, count);
 }
 
 void Relocation::clear() {
-  need_.clear();
-  use_.clear();
+  priority_.clear();
+  influence_.clear();
   marks_.clear();
   counts_.clear();
   place_.clear();
-  victims_.clear();
+  replaced_.clear();
 }
 
 void Relocation::run(FitBuffers& fit, Buffer<float>& spare, const RelocationPlan& plan, const Guard& guard) {
   const std::int64_t n = fit.count, moved = static_cast<std::int64_t>(plan.share * static_cast<double>(n)),
                      pairs = std::min(moved, n - moved);
   if (pairs < 1) return;
-  executor_.runOver(
-      RelocationKeys{fit.field(), fit.moment2.data(), n, need_.keys(), use_.keys(), need_.ids(), use_.ids()},
-      n);
-  need_.sort(n, kScoreBits);
-  use_.sort(n, kScoreBits);
+  executor_.runOver(RelocationKeys{fit.field(), fit.moment2.data(), n, priority_.keys(), influence_.keys(),
+                                   priority_.ids(), influence_.ids()},
+                    n);
+  priority_.sort(n, kScoreBits);
+  influence_.sort(n, kScoreBits);
   marks_.fill(0, n);
-  executor_.runOver(MarkParents{need_.ids(), moved, marks_.data()}, moved);
-  executor_.runOver(CountVictims{use_.ids(), marks_.data(), n, counts_.data()}, n + 1);
+  executor_.runOver(MarkParents{priority_.ids(), moved, marks_.data()}, moved);
+  executor_.runOver(CountReplaced{influence_.ids(), marks_.data(), n, counts_.data()}, n + 1);
   executor_.scan(counts_.data(), place_.data(), n + 1);
-  executor_.runOver(TakeVictims{use_.ids(), marks_.data(), place_.data(), n, pairs, victims_.data()}, n);
-  executor_.runOver(Relocate{need_.ids(), victims_.data(), pairs, static_cast<float>(plan.minLogScale),
+  executor_.runOver(TakeReplaced{influence_.ids(), marks_.data(), place_.data(), n, pairs, replaced_.data()},
+                    n);
+  executor_.runOver(Relocate{priority_.ids(), replaced_.data(), pairs, static_cast<float>(plan.minLogScale),
                              fit.field(), fit.moment1.data(), fit.moment2.data(), guard},
                     pairs);
-  sortAlongCurve(executor_, fit.field(), n, boxes_, need_);
+  sortAlongCurve(executor_, fit.field(), n, boxes_, priority_);
   for (Buffer<float>* records : {&fit.gaussians, &fit.moment1, &fit.moment2}) {
-    take(executor_, records->data(), need_.ids(), n, n, spare.data(), guard);
+    take(executor_, records->data(), priority_.ids(), n, n, spare.data(), guard);
     std::swap(*records, spare);
   }
 }

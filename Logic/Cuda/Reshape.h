@@ -43,7 +43,8 @@ private:
 class Relocation {
 public:
   explicit Relocation(Executor& e)
-      : executor_(e), need_(e), use_(e), marks_(e), counts_(e), place_(e), victims_(e), boxes_(e) {}
+      : executor_(e), priority_(e), influence_(e), marks_(e), counts_(e), place_(e), replaced_(e), boxes_(e) {
+  }
 
   /// Reserves memory for that many Gaussians; the only source of Error(Memory).
   void reserve(std::int64_t count);
@@ -53,10 +54,10 @@ public:
 
 private:
   Executor& executor_;
-  Ranking need_, use_;
+  Ranking priority_, influence_;
   Buffer<std::uint8_t> marks_;
   Buffer<std::int64_t> counts_, place_;
-  Buffer<std::uint32_t> victims_;
+  Buffer<std::uint32_t> replaced_;
   Buffer<MeanBox> boxes_;
 };
 

@@ -24,30 +24,32 @@ void takeInOrder(GaussianField& field, Adam& adam, std::span<const std::uint32_t
 void relocateGaussians(GaussianField& field, Adam& adam, const RelocationPlan& plan) {
   const std::int64_t n = field.size(), moved = static_cast<std::int64_t>(plan.share * static_cast<double>(n));
   if (moved < 1) return;
-  std::vector<float> need(n), use(n);
+  std::vector<float> priority(n), influence(n);
   for (std::int64_t i = 0; i < n; ++i) {
     const float* energy = adam.moment2.data() + 16 * i;
-    need[i] = reshape::need(field.gaussians[i], energy);
-    use[i] = reshape::use(energy);
+    priority[i] = reshape::splitPriority(field.gaussians[i], energy);
+    influence[i] = reshape::influence(energy);
   }
-  std::vector<std::uint32_t> byNeed(n), byUse(n);
-  std::iota(byNeed.begin(), byNeed.end(), 0u);
-  byUse = byNeed;
-  std::stable_sort(byNeed.begin(), byNeed.end(), [&](auto a, auto b) { return need[a] > need[b]; });
-  std::stable_sort(byUse.begin(), byUse.end(), [&](auto a, auto b) { return use[a] < use[b]; });
+  std::vector<std::uint32_t> byPriority(n), byInfluence(n);
+  std::iota(byPriority.begin(), byPriority.end(), 0u);
+  byInfluence = byPriority;
+  std::stable_sort(byPriority.begin(), byPriority.end(),
+                   [&](auto a, auto b) { return priority[a] > priority[b]; });
+  std::stable_sort(byInfluence.begin(), byInfluence.end(),
+                   [&](auto a, auto b) { return influence[a] < influence[b]; });
   std::vector<std::uint8_t> parent(n, 0);
   for (std::int64_t i = 0; i < moved; ++i)
-    parent[byNeed[i]] = 1;
+    parent[byPriority[i]] = 1;
   std::int64_t next = 0;
   for (std::int64_t i = 0, from = 0; i < n && from < moved; ++i) {
-    const std::uint32_t victim = byUse[i];
-    if (parent[victim]) continue;
-    const std::uint32_t source = byNeed[from++];
+    const std::uint32_t replaced = byInfluence[i];
+    if (parent[replaced]) continue;
+    const std::uint32_t source = byPriority[from++];
     Gaussian a, b;
     reshape::split(field.gaussians[source], static_cast<float>(plan.minLogScale), a, b);
     field.gaussians[source] = a;
-    field.gaussians[victim] = b;
-    for (std::uint32_t id : {source, victim}) {
+    field.gaussians[replaced] = b;
+    for (std::uint32_t id : {source, replaced}) {
       std::fill_n(adam.moment1.begin() + 16 * id, 16, 0.f);
       std::fill_n(adam.moment2.begin() + 16 * id, 16, 0.f);
     }

@@ -105,13 +105,13 @@ INNERGS_HD inline bool densify(Gaussian& g, const float* moment1, const Rules& r
 }
 
 /// Positional gradient relative to the size, from Adam's running mean of squared gradients.
-INNERGS_HD inline float need(const Gaussian& g, const float* moment2) {
+INNERGS_HD inline float splitPriority(const Gaussian& g, const float* moment2) {
   const float scale = std::exp((g.logScale[0] + g.logScale[1] + g.logScale[2]) / 3);
   return (moment2[0] + moment2[1] + moment2[2]) * scale * scale;
 }
 
 /// How strongly the residual acts on the intensity.
-INNERGS_HD inline float use(const float* moment2) {
+INNERGS_HD inline float influence(const float* moment2) {
   return moment2[11];
 }
 

@@ -15,22 +15,23 @@ INNERGS_HD inline std::uint32_t orderedBits(float x) {
   return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
 }
 
-/// Relocation: keys that sort Gaussians by falling need and by rising use.
+/// Relocation: keys that sort Gaussians by falling split priority and by rising influence.
 struct RelocationKeys {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
   const Gaussian* gaussians;
   const float* moment2;
   std::int64_t count;
-  std::uint64_t *need, *use;
-  std::uint32_t *byNeed, *byUse;
+  std::uint64_t *priority, *influence;
+  std::uint32_t *byPriority, *byInfluence;
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     forEachItem<kThreads>(block, count, [&](std::int64_t i) {
-      need[i] = static_cast<std::uint32_t>(~orderedBits(reshape::need(gaussians[i], moment2 + 16 * i)));
-      use[i] = orderedBits(reshape::use(moment2 + 16 * i));
-      byNeed[i] = byUse[i] = static_cast<std::uint32_t>(i);
+      priority[i] =
+          static_cast<std::uint32_t>(~orderedBits(reshape::splitPriority(gaussians[i], moment2 + 16 * i)));
+      influence[i] = orderedBits(reshape::influence(moment2 + 16 * i));
+      byPriority[i] = byInfluence[i] = static_cast<std::uint32_t>(i);
     });
   }
 };
@@ -48,44 +49,45 @@ struct MarkParents {
   }
 };
 
-/// 1 for each of `byUse` that is not a parent, plus a final 0, so that a scan ends with the total.
-struct CountVictims {
+/// 1 for each of `byInfluence` that is not a parent, plus a final 0, so that a scan ends with the total.
+struct CountReplaced {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
-  const std::uint32_t* byUse;
+  const std::uint32_t* byInfluence;
   const std::uint8_t* marks;
   std::int64_t count;
   std::int64_t* out;
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
-    forEachItem<kThreads>(block, count + 1, [&](std::int64_t k) { out[k] = k < count && !marks[byUse[k]]; });
+    forEachItem<kThreads>(block, count + 1,
+                          [&](std::int64_t k) { out[k] = k < count && !marks[byInfluence[k]]; });
   }
 };
 
 /// Takes the first `most` of them.
-struct TakeVictims {
+struct TakeReplaced {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
-  const std::uint32_t* byUse;
+  const std::uint32_t* byInfluence;
   const std::uint8_t* marks;
-  const std::int64_t* place; // scan of CountVictims
+  const std::int64_t* place; // scan of CountReplaced
   std::int64_t count, most;
-  std::uint32_t* victims;
+  std::uint32_t* replaced;
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     forEachItem<kThreads>(block, count, [&](std::int64_t k) {
-      if (!marks[byUse[k]] && place[k] < most) victims[place[k]] = byUse[k];
+      if (!marks[byInfluence[k]] && place[k] < most) replaced[place[k]] = byInfluence[k];
     });
   }
 };
 
-/// The halves of the k-th parent go to its own place and to the k-th victim's.
+/// The halves of the k-th parent go to its own place and to the k-th replaced one's.
 struct Relocate {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
-  const std::uint32_t *parents, *victims;
+  const std::uint32_t *parents, *replaced;
   std::int64_t count;
   float minLogScale;
   Gaussian* gaussians;
@@ -96,7 +98,7 @@ struct Relocate {
   INNERGS_KERNEL void operator()(Block& block) const {
     forEachItem<kThreads>(block, count, [&](std::int64_t k) {
       if (guard.closed()) return;
-      const std::int64_t both[2] = {parents[k], victims[k]};
+      const std::int64_t both[2] = {parents[k], replaced[k]};
       const Gaussian parent = gaussians[both[0]];
       reshape::split(parent, minLogScale, gaussians[both[0]], gaussians[both[1]]);
       for (std::int64_t i : both)

@@ -49,7 +49,7 @@ struct Rounding {
       change(reinterpret_cast<float*>(kernel.added), 16 * kernel.chosen, kUlp);
     } else if constexpr (std::is_same_v<Kernel, Relocate>) {
       for (std::int64_t k = 0; k < kernel.count; ++k)
-        change(reinterpret_cast<float*>(kernel.gaussians + kernel.victims[k]), 16, kUlp);
+        change(reinterpret_cast<float*>(kernel.gaussians + kernel.replaced[k]), 16, kUlp);
     } else if constexpr (std::is_same_v<Kernel, RelocationKeys>) {
       for (std::int64_t i = 0; i < kernel.count; ++i)
         if (kernel.need[i] > 1 && kernel.need[i] < 0xfffffffeu)
