@@ -5,7 +5,7 @@
 namespace innergs::cuda {
 namespace {
 
-struct OneByOne {
+struct BlockAfterBlock {
   template <class Kernel>
   static void run(const Kernel& kernel, std::int64_t blocks) {
     const auto shared = std::make_unique<typename Kernel::Shared>();
@@ -19,7 +19,7 @@ struct OneByOne {
 } // namespace
 
 std::unique_ptr<Executor> makeHostExecutor(std::size_t memory) {
-  return std::make_unique<HostExecutor<OneByOne>>(memory);
+  return std::make_unique<HostExecutor<BlockAfterBlock>>(memory);
 }
 
 void failAllocations(Executor& host, int nth, int count) {
