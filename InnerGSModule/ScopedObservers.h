@@ -20,15 +20,15 @@ public:
       if (object) list_.push_back({object, object->AddObserver(event, owner, method)});
   }
   void clear() {
-    for (const Watch& watch : list_)
-      if (watch.object) watch.object->RemoveObserver(watch.tag);
+    for (const Observation& observation : list_)
+      if (observation.object) observation.object->RemoveObserver(observation.tag);
     list_.clear();
   }
 
 private:
-  struct Watch {
+  struct Observation {
     vtkWeakPointer<vtkObject> object;
     unsigned long tag;
   };
-  std::vector<Watch> list_;
+  std::vector<Observation> list_;
 };
