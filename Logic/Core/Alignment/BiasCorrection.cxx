@@ -20,7 +20,7 @@ constexpr int kDegree = 4, kSharedDegree = 2;
 constexpr int kTerms = legendreCount(kDegree), kShared = legendreCount(kSharedDegree);
 constexpr std::int64_t kBlock = 1024;     // points
 constexpr std::int64_t kSamples = 60'000; // of the shared shading, from all scans
-constexpr int kSweeps = 15;
+constexpr int kShadingIterations = 15;
 constexpr int kRounds = 6;         // of alignment and shading, once there is a shading
 constexpr double kConverged = 0.1; // dB
 constexpr double kRidge = 1e-4;
@@ -159,7 +159,7 @@ Coefficients fitFields(const Common& c, int count, ThreadPool& pool) {
     f.fill(0);
   const auto blocks = (static_cast<std::int64_t>(c.points) + kBlock - 1) / kBlock;
   const auto square = static_cast<std::size_t>(count) * count;
-  for (int sweep = 0; sweep < kSweeps; ++sweep)
+  for (int iteration = 0; iteration < kShadingIterations; ++iteration)
     for (std::size_t s = 0; s < n; ++s) {
       const std::vector<double> logs = corrected(c, fields, pool);
       std::vector<double> rest(c.points, kNaN), sizes;
@@ -168,8 +168,8 @@ Coefficients fitFields(const Common& c, int count, ThreadPool& pool) {
         if (std::isfinite(rest[p])) sizes.push_back(std::abs(rest[p]));
       }
       if (static_cast<std::int64_t>(sizes.size()) < kFewestPoints) continue;
-      // The first sweep sees the shading itself.
-      const double width = sweep == 0 ? std::numeric_limits<double>::infinity() : kTukey * median(sizes);
+      // The first iteration sees the shading itself.
+      const double width = iteration == 0 ? std::numeric_limits<double>::infinity() : kTukey * median(sizes);
       std::vector<std::vector<double>> parts(static_cast<std::size_t>(blocks));
       pool.run(blocks, [&](std::int64_t b) {
         std::vector<double>& sum = parts[b];

@@ -13,7 +13,7 @@ constexpr float kRankSigma = 0.07f; // of a patch's difference
 constexpr float kStepSigma = 0.05f; // of a step's difference, random walker
 constexpr float kLeastStep = 0.01f; // of any step
 constexpr float kPrior = 0.3f;      // weight of the regression in the random walker
-constexpr int kSweeps = 30;
+constexpr int kCompletionIterations = 30;
 constexpr int kPriors = 6; // classes kept by a voxel's regression
 
 struct Prior {
@@ -276,12 +276,12 @@ private:
           prior_[n] = share_[n] = priors_[at(box.low[0] + x, box.low[1] + y, box.low[2] + z)].of(c);
         }
     });
-    for (int sweep = 0; sweep < 2 * kSweeps; ++sweep)
+    for (int half = 0; half < 2 * kCompletionIterations; ++half)
       pool_.run(bz, [&](std::int64_t z) {
         const std::int64_t k = box.low[2] + z;
         if (labels_.isLabelled(k)) return;
         for (std::int64_t y = 0; y < by; ++y)
-          for (std::int64_t x = (y + z + sweep) % 2; x < bx; x += 2) {
+          for (std::int64_t x = (y + z + half) % 2; x < bx; x += 2) {
             const std::int64_t n = x + bx * (y + by * z), own = at(box.low[0] + x, box.low[1] + y, k);
             float sum = kPrior * prior_[n], total = kPrior;
             const auto add = [&](float step, bool inside, std::int64_t other) {
