@@ -7,7 +7,7 @@
 namespace innergs {
 namespace {
 
-constexpr float kLeastSeen = 0.3f;     // share of the kernel that must have been observed
+constexpr float kLeastObserved = 0.3f; // share of the kernel that must have been observed
 constexpr double kLeastCorners = 0.99; // share of the eight neighbours
 
 /// Blurs sums and weights along one axis in place, by a Gaussian of σ voxels.
@@ -83,7 +83,7 @@ BlurredStack::BlurredStack(const Stack& stack, double sigma, ThreadPool& pool)
                   geometry_.spacing[axis],
               geometry_.size, value_, weight, pool);
   for (std::size_t v = 0; v < value_.size(); ++v)
-    value_[v] = weight[v] > kLeastSeen ? value_[v] / weight[v] : std::numeric_limits<float>::quiet_NaN();
+    value_[v] = weight[v] > kLeastObserved ? value_[v] / weight[v] : std::numeric_limits<float>::quiet_NaN();
 }
 
 std::optional<double> BlurredStack::at(const Vec3& x) const {

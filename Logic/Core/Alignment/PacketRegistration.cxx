@@ -37,7 +37,7 @@ SliceEquations equationsOf(const PlacedSlice& slice, const SliceOperator& op,
   for (int j = 0; j < slice.ny; ++j)
     for (int i = 0; i < slice.nx; ++i) {
       const float given = slice.values[static_cast<std::size_t>(j) * slice.nx + i];
-      SliceOperator::Seen seen;
+      SliceOperator::Sample seen;
       if (std::isnan(given) || !reader.at(i, j, seen)) continue;
       const double r = slice.gain * seen.value - given, t = r / width;
       const double weight = 1 / (1 + t * t);

@@ -12,8 +12,8 @@ namespace innergs {
 namespace {
 
 /// The part of a grid with voxels that are seen; all of it where there are none.
-template <typename Seen>
-GridGeometry boxOf(const GridGeometry& g, const Seen& seen) {
+template <typename Visible>
+GridGeometry boxOf(const GridGeometry& g, const Visible& seen) {
   std::array<std::int64_t, 3> low = g.size, high{-1, -1, -1};
   for (std::int64_t v = 0; v < g.voxelCount(); ++v) {
     if (!seen(v)) continue;

@@ -209,7 +209,7 @@ SliceOperator::Reader::Reader(const SliceOperator& op, const std::vector<float>&
   centre_ = op.worldToIndex_(centre);
 }
 
-bool SliceOperator::Reader::at(int i, int j, Seen& seen) const {
+bool SliceOperator::Reader::at(int i, int j, Sample& sample) const {
   const Vec3 middle = base_ + static_cast<double>(i) * alongI_ + static_cast<double>(j) * alongJ_;
   for (const double end : {profile_.offset.front(), profile_.offset.back()})
     for (int a = 0; a < 3; ++a) {
@@ -236,9 +236,9 @@ bool SliceOperator::Reader::at(int i, int j, Seen& seen) const {
     slope = slope + g;
     turn = turn + cross(x - centre_, g);
   }
-  seen.value = value;
-  seen.shift = (1 / spacing_) * (direction_ * slope);
-  seen.turn = handedness_ * (direction_ * turn);
+  sample.value = value;
+  sample.shift = (1 / spacing_) * (direction_ * slope);
+  sample.turn = handedness_ * (direction_ * turn);
   return !std::isnan(value);
 }
 

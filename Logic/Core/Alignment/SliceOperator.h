@@ -44,7 +44,7 @@ public:
 
   /// For registration: at pixel (i, j), what the slice sees and how that changes with a shift (per mm) and a
   /// turn (per radian, about centre), along the LPS axes. False where project() has NaN.
-  struct Seen {
+  struct Sample {
     double value;
     Vec3 shift, turn;
   };
@@ -61,7 +61,7 @@ class SliceOperator::Reader {
 public:
   Reader(const SliceOperator& op, const std::vector<float>& volume, const PlacedSlice& slice,
          const Affine3& pose, const Vec3& centre);
-  bool at(int i, int j, Seen& seen) const;
+  bool at(int i, int j, Sample& sample) const;
 
 private:
   const float* volume_;

@@ -17,14 +17,14 @@ constexpr double kClose = 0.95;        // least correlation of scans that lie wh
 constexpr double kSameBrightness = 0.05;
 
 /// What the scans show at common places; NaN: not seen, or air.
-struct Seen {
+struct CommonSamples {
   std::size_t scans = 0, places = 0;
   std::vector<double> values; // [places][scans]
 
   double at(std::size_t place, std::size_t scan) const { return values[place * scans + scan]; }
 };
 
-Seen look(std::span<const BlurredStack> images, double distance, ThreadPool& pool) {
+CommonSamples look(std::span<const BlurredStack> images, double distance, ThreadPool& pool) {
   std::vector<GridGeometry> boxes;
   std::vector<double> threshold;
   for (const BlurredStack& image : images) {
@@ -32,7 +32,7 @@ Seen look(std::span<const BlurredStack> images, double distance, ThreadPool& poo
     threshold.push_back(bodyThreshold(image));
   }
   const std::vector<Vec3> places = spreadPlaces(gridAround(boxes, distance, 0), distance);
-  Seen seen{images.size(), places.size(), std::vector<double>(images.size() * places.size(), kNaN)};
+  CommonSamples seen{images.size(), places.size(), std::vector<double>(images.size() * places.size(), kNaN)};
   pool.blocks(static_cast<std::int64_t>(places.size()), kBlock, [&](std::int64_t from, std::int64_t to) {
     for (std::int64_t p = from; p < to; ++p)
       for (std::size_t s = 0; s < images.size(); ++s)
@@ -42,7 +42,7 @@ Seen look(std::span<const BlurredStack> images, double distance, ThreadPool& poo
   return seen;
 }
 
-double correlationOf(const Seen& seen, std::size_t one, std::size_t other) {
+double correlationOf(const CommonSamples& seen, std::size_t one, std::size_t other) {
   PairedSums sums;
   for (std::size_t p = 0; p < seen.places; ++p)
     if (const double a = seen.at(p, one), b = seen.at(p, other); std::isfinite(a + b)) sums.add(a, b);
@@ -117,7 +117,7 @@ std::vector<StackAgreement> compareStacks(std::span<const Stack> stacks, ThreadP
   std::vector<BlurredStack> images;
   for (const std::size_t s : part)
     images.emplace_back(stacks[s], sigma, pool);
-  const Seen seen = look(images, kPlaceDistance * sigma, pool);
+  const CommonSamples seen = look(images, kPlaceDistance * sigma, pool);
   const std::size_t count = part.size();
   std::vector<std::vector<double>> correlation(count, std::vector<double>(count, kNaN));
   for (std::size_t s = 0; s < count; ++s)

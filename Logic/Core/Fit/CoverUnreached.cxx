@@ -10,7 +10,7 @@
 namespace innergs {
 namespace {
 
-constexpr double kSeen = 0.02; // smallest share of the intensity range that is worth a Gaussian
+constexpr double kLeastContrast = 0.02; // smallest share of the intensity range that is worth a Gaussian
 
 } // namespace
 
@@ -38,7 +38,7 @@ bool coverUnreached(GaussianField& field, std::span<const Stack> stacks, std::in
       if (!stack.observed[v] || !std::isfinite(value)) continue;
       // What nothing reaches is rendered as the offset.
       const double intensity = (value - field.intensityOffset) / field.intensityScale;
-      if (std::abs(intensity) < kSeen) continue;
+      if (std::abs(intensity) < kLeastContrast) continue;
       const Vec3 at = toModel({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
       Gaussian gaussian{};
       for (int a = 0; a < 3; ++a) {

@@ -28,7 +28,7 @@ Bounds boundsOf(std::span<const Stack> stacks, const Affine3& worldToModel) {
 }
 
 /// How a stack covers a point.
-enum class Seen : std::uint8_t {
+enum class Coverage : std::uint8_t {
   Not,
   Beside, // next to observed voxels
   Within  // inside one
@@ -58,13 +58,14 @@ Reach reachOf(const Stack& stack, Voxels voxels) {
 }
 
 /// Trilinear over the finite observed corners only.
-Seen sampleObserved(const Stack& stack, Voxels voxels, const Reach& reach, const Vec3& index, double& value) {
+Coverage sampleObserved(const Stack& stack, Voxels voxels, const Reach& reach, const Vec3& index,
+                        double& value) {
   const auto& size = stack.image.geometry.size;
   const auto usable = [&](std::size_t v) { return isUsable(stack, voxels, v); };
   std::int64_t base[3], nearest[3];
   double fraction[3];
   for (int a = 0; a < 3; ++a) {
-    if (index[a] < reach.low[a] || index[a] > reach.high[a]) return Seen::Not;
+    if (index[a] < reach.low[a] || index[a] > reach.high[a]) return Coverage::Not;
     const double x = std::clamp(index[a], 0.0, static_cast<double>(size[a] - 1));
     nearest[a] = std::llround(x);
     base[a] = std::min<std::int64_t>(static_cast<std::int64_t>(x), std::max<std::int64_t>(size[a] - 2, 0));
@@ -81,9 +82,10 @@ Seen sampleObserved(const Stack& stack, Voxels voxels, const Reach& reach, const
     sum += w * stack.image.voxels[v];
     total += w;
   }
-  if (total <= 0) return Seen::Not;
+  if (total <= 0) return Coverage::Not;
   value = sum / total;
-  return usable(nearest[0] + size[0] * (nearest[1] + size[1] * nearest[2])) ? Seen::Within : Seen::Beside;
+  return usable(nearest[0] + size[0] * (nearest[1] + size[1] * nearest[2])) ? Coverage::Within
+                                                                            : Coverage::Beside;
 }
 
 /// The posed slices whose tent of one slice spacing reaches the line between two points.
@@ -104,10 +106,10 @@ void findNear(std::span<const Affine3> toIndex, const Reach& reach, const Vec3& 
 
 /// Interpolates between the slices of a posed stack around a point, each weighted by a tent that extends one
 /// slice spacing to either side. near: all that may reach the point.
-Seen samplePosed(const Stack& stack, Voxels voxels, const Reach& reach, std::span<const Affine3> toIndex,
-                 std::span<const std::size_t> near, const Vec3& point, double& value) {
+Coverage samplePosed(const Stack& stack, Voxels voxels, const Reach& reach, std::span<const Affine3> toIndex,
+                     std::span<const std::size_t> near, const Vec3& point, double& value) {
   double sum = 0, total = 0;
-  Seen most = Seen::Not;
+  Coverage most = Coverage::Not;
   for (const std::size_t k : near) {
     const Affine3& map = toIndex[k];
     const double z = dot(map.linear[2], point) + map.offset[2];
@@ -115,14 +117,14 @@ Seen samplePosed(const Stack& stack, Voxels voxels, const Reach& reach, std::spa
     double slice;
     if (w <= 0) continue;
     const Vec3 index = map(point);
-    const Seen seen =
+    const Coverage seen =
         sampleObserved(stack, voxels, reach, {index[0], index[1], static_cast<double>(k)}, slice);
-    if (seen == Seen::Not) continue;
+    if (seen == Coverage::Not) continue;
     most = std::max(most, seen);
     sum += w * slice;
     total += w;
   }
-  if (total < 0.1) return Seen::Not;
+  if (total < 0.1) return Coverage::Not;
   value = sum / total;
   return most;
 }
@@ -169,13 +171,13 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
         const Vec3 p = pointAt(i, j, k);
         double sum = 0;
         int n = 0;
-        Seen most = Seen::Not;
+        Coverage most = Coverage::Not;
         for (std::size_t s = 0; s < stacks.size(); ++s) {
           double value;
-          const Seen seen = stacks[s].poses.empty()
-                                ? sampleObserved(stacks[s], voxels, reach[s], toIndex[s][0](p), value)
-                                : samplePosed(stacks[s], voxels, reach[s], toIndex[s], near[s], p, value);
-          if (seen == Seen::Not) continue;
+          const Coverage seen = stacks[s].poses.empty()
+                                    ? sampleObserved(stacks[s], voxels, reach[s], toIndex[s][0](p), value)
+                                    : samplePosed(stacks[s], voxels, reach[s], toIndex[s], near[s], p, value);
+          if (seen == Coverage::Not) continue;
           most = std::max(most, seen);
           sum += value;
           ++n;
@@ -189,7 +191,7 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
   });
   // A mask of one or two voxels may fall between the points of the grid; those beside it then stand for
   // it.
-  constexpr auto within = static_cast<std::uint8_t>(Seen::Within);
+  constexpr auto within = static_cast<std::uint8_t>(Coverage::Within);
   const bool any = std::find(proxy.covered.begin(), proxy.covered.end(), within) != proxy.covered.end();
   for (std::uint8_t& covered : proxy.covered)
     covered = any ? covered == within : covered != 0;

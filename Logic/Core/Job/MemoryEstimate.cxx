@@ -111,7 +111,7 @@ std::int64_t judgedMemory(const ReconstructionInput& input, const Settings& sett
   // The stacks where they lie, and what is seen of withheld slices, once whole and once in halves.
   const double seen = withheldFraction(input) * voxels;
   const auto kept =
-      static_cast<std::int64_t>(5 * voxels + seen * (sizeof(WithheldValue) + 2 * sizeof(SeenError)));
+      static_cast<std::int64_t>(5 * voxels + seen * (sizeof(WithheldValue) + 2 * sizeof(WithheldError)));
   const SimulatedFit simulated = simulatedOutline(input, settings);
   const std::int64_t cube =
       6 * simulated.input.outputGrid->voxelCount() * static_cast<std::int64_t>(sizeof(float));

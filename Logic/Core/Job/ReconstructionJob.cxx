@@ -108,10 +108,10 @@ void ReconstructionJob::Impl::estimate(ReconstructionResult& result, const Volum
   Settings alike = settings;
   alike.iterations = result.settings.iterations;
   alike.ensembleSize = result.settings.ensembleSize;
-  const FitTwice twice = [&](std::vector<Stack> stacks, const GridGeometry& grid) {
+  const PairFitter fitPair = [&](std::vector<Stack> stacks, const GridGeometry& grid) {
     const auto [simulated, same] =
         simulatedFit(std::move(stacks), grid, result.volume.geometry, input, alike);
-    FittedTwice fitted;
+    FitPair fitted;
     ReconstructionRun whole(simulated, same, false, told);
     whole.setPredictionShare(result.predictionShare);
     fitted.whole = whole.run(stop, false).volume;
@@ -129,7 +129,7 @@ void ReconstructionJob::Impl::estimate(ReconstructionResult& result, const Volum
     ThreadPool pool(settings.threads);
     pool.setStop(stop);
     result.uncertainty =
-        estimateUncertainty({result.volume, second, placed, seen, result.noise, twice}, pool);
+        estimateUncertainty({result.volume, second, placed, seen, result.noise, fitPair}, pool);
   } catch (...) {
     failure = failureOf();
   }

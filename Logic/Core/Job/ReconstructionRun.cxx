@@ -519,16 +519,16 @@ std::optional<double> ReconstructionRun::chooseShare(const RenderOptions& option
   settings.iterations = settings_.iterations;
   ShareTrial trial = shareTrial([&](const GridGeometry& grid) { return render(model_.field, grid, options); },
                                 prepared_.stacks, prepared_.domain, settings, result_.noise, *pool_);
-  if (trial.twin.input.stacks.empty()) return std::nullopt;
-  trial.twin.input.predictionParts = input_.predictionParts;
-  ReconstructionRun twin(trial.twin.input, trial.twin.settings, true, [&](const Progress& p) {
+  if (trial.refit.input.stacks.empty()) return std::nullopt;
+  trial.refit.input.predictionParts = input_.predictionParts;
+  ReconstructionRun refit(trial.refit.input, trial.refit.settings, true, [&](const Progress& p) {
     progress_.report(Phase::Predicting, fromFit(kEachFitEnds + (kShareChosen - kEachFitEnds) * p.fraction));
   });
-  twin.setPredictionShare(kTriedShare);
-  twin.keepUnmixed();
-  const ReconstructionResult mixed = twin.run(pool_->stopToken(), false);
+  refit.setPredictionShare(kTriedShare);
+  refit.keepUnmixed();
+  const ReconstructionResult mixed = refit.run(pool_->stopToken(), false);
   if (mixed.cancelled) throw Error(ErrorCode::Cancelled, "Stopped on request.");
-  return chosenShare(trial.truth, twin.takeUnmixed(), mixed.volume, traits_.noise);
+  return chosenShare(trial.truth, refit.takeUnmixed(), mixed.volume, traits_.noise);
 }
 
 /// What each scan shows between its own slices, as thin slices.

@@ -50,9 +50,9 @@ GridGeometry withMargin(const GridGeometry& part, double margin) {
 ShareTrial trialOn(const GridGeometry& part, std::span<const Stack> stacks, const GridGeometry& domain,
                    const Settings& settings) {
   ShareTrial trial;
-  trial.twin = simulatedFit(simulatedGrids(stacks, part), part, domain, {}, settings);
-  trial.twin.input.heldOutFraction = 0;
-  auto& scans = trial.twin.input.stacks;
+  trial.refit = simulatedFit(simulatedGrids(stacks, part), part, domain, {}, settings);
+  trial.refit.input.heldOutFraction = 0;
+  auto& scans = trial.refit.input.stacks;
   if (std::any_of(scans.begin(), scans.end(),
                   [](const Stack& scan) { return scan.image.geometry.size[2] < 3; }))
     scans.clear();
@@ -66,10 +66,10 @@ ShareTrial shareTrial(const std::function<Volume(const GridGeometry&)>& render, 
   const double coarsest = coarsestSlices(stacks);
   const Vec3 middle = middleOf(localDetail(render(reduced(domain, kOverview)), coarsest, pool));
   ShareTrial trial = trialOn(partAround(domain, middle, stacks), stacks, domain, settings);
-  trial.truth = render(*trial.twin.input.outputGrid);
+  trial.truth = render(*trial.refit.input.outputGrid);
   const Volume wide = render(withMargin(trial.truth.geometry, coarsest));
   std::uint64_t seed = 0;
-  for (Stack& scan : trial.twin.input.stacks) {
+  for (Stack& scan : trial.refit.input.stacks) {
     scan.image.voxels.assign(static_cast<std::size_t>(scan.image.geometry.voxelCount()), 0.f);
     scan.image.voxels = projectToStack(wide, scan, pool);
     addNoise(scan.image.voxels, noise, 7919 * ++seed);

@@ -9,8 +9,8 @@ namespace innergs {
 /// Part of a fitted volume, scanned and fitted anew as the scans were. There the truth is known, so that it
 /// shows how large a share predictions from each scan alone should have.
 struct ShareTrial {
-  Volume truth;      // without voxels in an outline
-  SimulatedFit twin; // to its scans, on its grid; no stacks: it shows too little of one of them
+  Volume truth;       // without voxels in an outline
+  SimulatedFit refit; // to its scans, on its grid; no stacks: it shows too little of one of them
 };
 
 /// render: the fitted volume on a grid. domain: its grid. settings: of its fit, as the user gave them.

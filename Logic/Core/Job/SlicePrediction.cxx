@@ -104,12 +104,12 @@ void SlicePrediction::anchor(Volume& guess, const Stack& scan) const {
     guess.voxels[v] += correction[v];
 }
 
-/// Further candidates on a grid between a scan's slices, anchored to them: a field fitted to the slices
-/// alone, and what is learned across them.
-SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, const GridGeometry& grid,
+/// Candidates besides interpolation on a grid between a scan's slices, anchored to them: a field fitted to
+/// the slices alone, and what is learned across them.
+SlicePrediction::Candidates SlicePrediction::makeCandidates(const Stack& scan, const GridGeometry& grid,
                                                             bool withField, bool withLearned, bool trial,
                                                             Part fieldPart, Part learnedPart) {
-  Further found;
+  Candidates found;
   if (withField) {
     const bool longer = littleToLearn_ && !keepsField_; // would fit noise
     found.field = fitField_(scan, grid,
@@ -151,14 +151,14 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
 
 /// Mixes a field fitted to the slices and what can be learned across them into the interpolation, each as far
 /// as it helps when every second slice of the scan is withheld.
-SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
+SlicePrediction::Contribution SlicePrediction::addCandidates(Volume& between) {
   const GridGeometry& g = scan_.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
   const Stack even = everySecond(scan_);
   const GridGeometry middle = trialGrids(g).all; // every second plane belongs to a withheld slice
   const Part fieldPart = step(cost_.trialField, cost_.trialField), trialPart = step(cost_.trial, cost_.trial);
-  const Further tried =
-      furtherCandidates(even, middle, triesAField(), parts_.learned, true, fieldPart, trialPart);
+  const Candidates tried =
+      makeCandidates(even, middle, triesAField(), parts_.learned, true, fieldPart, trialPart);
   Volume mixture{middle, std::vector<float>(static_cast<std::size_t>(middle.voxelCount()))};
   interpolate(even, completeSlices(even, pool_), middle, mixture.voxels);
   constexpr int kept = 3; // guesses that can take part
@@ -209,13 +209,13 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
                               ? learningCost(g, between.geometry, learningEffort(settings_, voxels_, false),
                                              settings_, muchToLearn_)
                               : 0;
-  const Further learned =
-      furtherCandidates(scan_, between.geometry, false, learns, false, {}, step(cost_.learning, learning));
+  const Candidates learned =
+      makeCandidates(scan_, between.geometry, false, learns, false, {}, step(cost_.learning, learning));
   if (learned.learned)
     share = predictionShares(errors, exists, {1, rise, rise * learnedRise(tried.pairs, learned.pairs)});
   else
     share = {1 - share[1], share[1], 0};
-  const Further fitted = furtherCandidates(scan_, between.geometry, fits, false, false,
+  const Candidates fitted = makeCandidates(scan_, between.geometry, fits, false, false,
                                            step(cost_.field, fits ? cost_.field : 0), {});
   const auto fieldShare = static_cast<float>(share[1]), learnedShare = static_cast<float>(share[2]);
   for (std::size_t v = 0; v < between.voxels.size(); ++v) {
@@ -224,7 +224,7 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
     if (learned.learned && (learned.known.empty() || learned.known[v]))
       between.voxels[v] += learnedShare * (learned.learned->voxels[v] - interpolated);
   }
-  Added added{share[1], share[2], 0, {}};
+  Contribution added{share[1], share[2], 0, {}};
   if (parts_.learned && !tried.learned) added.nothingLearned = " " + tried.sentence;
   if (tried.learned && !learns)
     added.nothingLearned =
@@ -258,7 +258,7 @@ Stack SlicePrediction::predict() {
   report(step(cost_.choosing, cost_.choosing).to);
   between.voxels.resize(static_cast<std::size_t>(between.geometry.voxelCount()));
   interpolate(scan_, complete, between.geometry, between.voxels);
-  Added added;
+  Contribution added;
   if (asked && !adds)
     added.nothingLearned =
         formatted(" Nothing was learned across the slices: %d are too few.", static_cast<int>(g.size[2]));

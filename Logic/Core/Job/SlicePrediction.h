@@ -32,14 +32,14 @@ public:
   const std::string& sentence() const { return sentence_; }
 
 private:
-  struct Further {
+  struct Candidates {
     std::optional<Volume> field, learned;
     std::optional<Volume> mean;      // of a trial: what was learned, with the mean of the two planes
     std::vector<std::uint8_t> known; // voxels that were learned; empty: all
     std::string sentence;            // on the learning
     PairErrors pairs;                // likewise
   };
-  struct Added {                   // added to the interpolation
+  struct Contribution {            // to the interpolation
     double field = 0, learned = 0; // shares
     double gain = 0;               // dB over interpolation alone, on the slices used for the choice
     std::string nothingLearned;    // a sentence
@@ -54,9 +54,9 @@ private:
   void interpolate(const Stack& stack, std::span<const float> complete, const GridGeometry& grid,
                    std::span<float> planes) const;
   void anchor(Volume& guess, const Stack& scan) const;
-  Further furtherCandidates(const Stack& scan, const GridGeometry& grid, bool withField, bool withLearned,
+  Candidates makeCandidates(const Stack& scan, const GridGeometry& grid, bool withField, bool withLearned,
                             bool trial, Part fieldPart, Part learnedPart);
-  Added addCandidates(Volume& between);
+  Contribution addCandidates(Volume& between);
 
   const PreparedInput& prepared_;
   const Stack& scan_;

@@ -343,7 +343,8 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
     mixing = eachSeconds(input.stacks, settings);
     if (choosing) {
       const ShareTrial trial = shareTrialOutline(input.stacks, settings);
-      if (!trial.twin.input.stacks.empty()) trying = fitSeconds(trial.twin.input, trial.twin.settings, false);
+      if (!trial.refit.input.stacks.empty())
+        trying = fitSeconds(trial.refit.input, trial.refit.settings, false);
     }
   }
   DeviceChoice device(settings.device, settings.instructionSet, settings.selection);

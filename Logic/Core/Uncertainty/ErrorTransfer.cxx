@@ -104,7 +104,7 @@ ErrorTransfer::Line lineThrough(const std::vector<Point>& points) {
 } // namespace
 
 ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks, double noise, double radius,
-                             const FitTwice& fit, ThreadPool& pool)
+                             const PairFitter& fit, ThreadPool& pool)
     : noise_(noise) {
   const Vec3 middle = middleOf(localDetail(volume, radius, pool));
   const Cube cube(stacks, middle);
@@ -144,12 +144,12 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
   };
   if (scans.size() < stacks.size()) refuse();
   std::vector<float> near = sliceDistances(grid, scans, pool);
-  const FittedTwice fitted = fit(std::move(scans), grid);
+  const FitPair fitted = fit(std::move(scans), grid);
   if (fitted.second.voxels.empty()) refuse();
   // The errors at withheld slices.
   const Affine3 toIndex = inverse(grid.indexToWorld());
   const Volume secondDetail = localDetail(fitted.second, radius, pool);
-  std::vector<SeenError> seen;
+  std::vector<WithheldError> seen;
   for (const WithheldValue& value : fitted.seen) {
     if (std::isfinite(value.difference) && cube.scores(value.at, boxes))
       seen.push_back({sampleLinear(secondDetail, toIndex(value.at)), value.difference});

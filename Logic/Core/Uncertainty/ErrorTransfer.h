@@ -16,12 +16,12 @@ struct WithheldValue {
 };
 
 /// The volumes of two fits on one grid: to all slices, and without some of them.
-struct FittedTwice {
+struct FitPair {
   Volume whole, second;
   std::vector<WithheldValue> seen;
 };
 /// Runs both fits on `stacks`, as for the real scans. An empty second volume: nothing could be withheld.
-using FitTwice = std::function<FittedTwice(std::vector<Stack> stacks, const GridGeometry& grid)>;
+using PairFitter = std::function<FitPair(std::vector<Stack> stacks, const GridGeometry& grid)>;
 
 /// Turns errors at withheld slices into errors of the volume that was fitted to all slices: their squares,
 /// without the noise, times a slope, plus an offset (what noise does to the volume), by distance to the
@@ -35,7 +35,7 @@ public:
   /// stacks: as they lie in the volume; the motion of single slices is ignored. noise: standard deviation.
   /// radius: mm, of localDetail(). Throws Error(NoData) where the cube shows too little, Error(Cancelled).
   ErrorTransfer(const Volume& volume, std::span<const Stack> stacks, double noise, double radius,
-                const FitTwice& fit, ThreadPool& pool);
+                const PairFitter& fit, ThreadPool& pool);
 
   /// The volume's standard deviation where ErrorCurve gives `seen` for withheld slices at this local detail.
   double deviation(double seen, double detail, double distance) const;

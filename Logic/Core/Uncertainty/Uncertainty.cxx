@@ -43,7 +43,7 @@ Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool)
   const double radius = detailRadius(input.stacks);
   const Volume seenDetail = localDetail(input.second, radius, pool);
   const Affine3 toIndex = inverse(input.second.geometry.indexToWorld());
-  std::vector<SeenError> seen, halves[2];
+  std::vector<WithheldError> seen, halves[2];
   for (const WithheldValue& value : input.seen) {
     float detail = 0;
     if (!std::isfinite(value.difference) ||
@@ -62,7 +62,7 @@ Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool)
   for (int half = 0; half < 2; ++half) {
     const ErrorCurve curve(halves[1 - half]);
     if (curve.empty()) continue;
-    for (const SeenError& e : halves[half])
+    for (const WithheldError& e : halves[half])
       held += std::abs(e.error) <= kNinety * curve.at(e.detail);
     result.samples += static_cast<std::int64_t>(halves[half].size());
   }
@@ -70,7 +70,7 @@ Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool)
                                        : std::numeric_limits<double>::quiet_NaN();
   const ErrorCurve curve(std::move(seen));
   const GridGeometry& grid = input.result.geometry;
-  const ErrorTransfer transfer(input.result, input.stacks, input.noise, radius, input.twin, pool);
+  const ErrorTransfer transfer(input.result, input.stacks, input.noise, radius, input.fit, pool);
   result.deviation = localDetail(input.result, radius, pool);
   result.measured = measuredVoxels(grid, input.stacks, pool);
   const std::vector<float> near = sliceDistances(grid, input.stacks, pool);

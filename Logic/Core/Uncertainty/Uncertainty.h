@@ -20,8 +20,8 @@ struct UncertaintyInput {
   const Volume& second;          // fitted without the withheld ones, on any grid
   std::span<const Stack> stacks; // as they lie in the result
   std::span<const WithheldValue> seen;
-  double noise = 0;     // standard deviation of the stacks' noise
-  const FitTwice& twin; // fits simulated scans in the same way
+  double noise = 0;      // standard deviation of the stacks' noise
+  const PairFitter& fit; // of simulated scans, in the same way
 };
 
 /// What the second fit misses of the withheld slices tells how far it is off for a given local detail; a

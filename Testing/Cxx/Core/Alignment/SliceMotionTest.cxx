@@ -173,13 +173,13 @@ TEST(SliceOperator, ReadsGradientsOfAPose) {
       c.volume[v] = static_cast<float>(3 * x[0] - 2 * x[1] + 5 * x[2]);
     }
     const Vec3 centre = c.grid.centre();
-    SliceOperator::Seen seen;
+    SliceOperator::Sample seen;
     ASSERT_TRUE(SliceOperator::Reader(op, c.volume, c.slice, c.slice.pose, centre).at(5, 6, seen));
     EXPECT_LT(norm(seen.shift - Vec3{3, -2, 5}), 1e-3);
     for (int a = 0; a < 3; ++a) {
       Vec3 turn{};
       turn[a] = 1e-3;
-      SliceOperator::Seen turned;
+      SliceOperator::Sample turned;
       const Affine3 pose = rigidAbout(centre, turn, {}) * c.slice.pose;
       ASSERT_TRUE(SliceOperator::Reader(op, c.volume, c.slice, pose, centre).at(5, 6, turned));
       EXPECT_NEAR((turned.value - seen.value) / 1e-3, seen.turn[a], 0.1) << a << leftHanded;

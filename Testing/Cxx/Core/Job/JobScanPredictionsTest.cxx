@@ -180,10 +180,10 @@ TEST(ShareTrial, ScansAPartOfTheResult) {
     return volumeOf(grid, [&](double i, double j, double k) { return sampleLinear(truth, map({i, j, k})); });
   };
   const ShareTrial trial = shareTrial(sampled, stacks, dataDomain(stacks), kQuick, 0, pool);
-  ASSERT_EQ(trial.twin.input.stacks.size(), stacks.size());
-  EXPECT_EQ(trial.truth.geometry.size, trial.twin.input.outputGrid->size);
+  ASSERT_EQ(trial.refit.input.stacks.size(), stacks.size());
+  EXPECT_EQ(trial.truth.geometry.size, trial.refit.input.outputGrid->size);
   for (std::size_t s = 0; s < stacks.size(); ++s) {
-    const Stack& scan = trial.twin.input.stacks[s];
+    const Stack& scan = trial.refit.input.stacks[s];
     const Affine3 map = inverse(stacks[s].image.geometry.indexToWorld()) * scan.image.geometry.indexToWorld();
     const auto& n = scan.image.geometry.size;
     const Vec3 middle{static_cast<double>(n[0] / 2), static_cast<double>(n[1] / 2),
