@@ -3,7 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Image/BodyMask.h"
 #include "Core/Job/PredictionPlan.h"
-#include "Evaluation/BackProjection.h"
+#include "Evaluation/BackProjectionBaseline.h"
 #include "Evaluation/Baselines.h"
 #include "Evaluation/EvaluationRuns.h"
 #include "Evaluation/HeldOutProtocol.h"
@@ -81,8 +81,9 @@ private:
       add(label, kInterpolation,
           [&, kind = kind] { return averageUpsampled(input_.stacks, grid, kind, threads, setup_.stop); });
     if (!thick_) return;
-    add("back-projection", kInterpolation,
-        [&] { return backProject(input_.stacks, grid, {.threads = threads, .stop = setup_.stop}); });
+    add("back-projection", kInterpolation, [&] {
+      return backProjectionBaseline(input_.stacks, grid, {.threads = threads, .stop = setup_.stop});
+    });
   }
 
   /// What is learned, without Gaussians.

@@ -7,7 +7,7 @@
 #include "Core/Image/NoiseEstimate.h"
 #include "Core/Image/Region.h"
 #include "Core/Image/Simulate.h"
-#include "Evaluation/BackProjection.h"
+#include "Evaluation/BackProjectionBaseline.h"
 #include "Evaluation/Baselines.h"
 #include "Evaluation/EvaluationRuns.h"
 #include "Evaluation/IntervalScore.h"
@@ -176,8 +176,9 @@ EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOu
         "each interpolated by cubic B-splines.");
   }
   if (c.kind != HeldOutCase::Kind::KeepEvery)
-    add("backprojection",
-        [&] { return backProject(input.stacks, grid, {.threads = threads, .stop = options.stop}); });
+    add("backprojection", [&] {
+      return backProjectionBaseline(input.stacks, grid, {.threads = threads, .stop = options.stop});
+    });
 
   if (options.totalVariation)
     add("totalvariation",

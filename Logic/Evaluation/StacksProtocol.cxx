@@ -7,7 +7,7 @@
 #include "Core/Base/Quantities.h"
 #include "Core/Image/BodyMask.h"
 #include "Core/Render/Render.h"
-#include "Evaluation/BackProjection.h"
+#include "Evaluation/BackProjectionBaseline.h"
 #include "Evaluation/Baselines.h"
 #include "Evaluation/EvaluationRuns.h"
 #include "Evaluation/IntervalScore.h"
@@ -223,7 +223,7 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
         "interpolated by cubic B-splines.");
   }
   score("backprojection", runMethod("backprojection", options, [&] {
-          return backProject(input.stacks, grid, {.threads = threads, .stop = options.stop});
+          return backProjectionBaseline(input.stacks, grid, {.threads = threads, .stop = options.stop});
         }));
   report.samples =
       formatted("%s voxels of the truth's body mask, %g mm or more from the faces of what was scanned, "

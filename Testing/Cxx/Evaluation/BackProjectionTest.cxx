@@ -1,5 +1,5 @@
 #include "Core/Acquisition/BackProjection.h"
-#include "Evaluation/BackProjection.h"
+#include "Evaluation/BackProjectionBaseline.h"
 
 #include "Core/Alignment/Rigid.h"
 #include "Core/Base/Error.h"
@@ -140,12 +140,12 @@ TEST(BackProjection, ReducesTheDataResidualAndTheError) {
     double before = residual(start, stacks);
     for (const int iterations : {1, 3, 12}) {
       settings.iterations = iterations;
-      const double after = residual(backProject(stacks, truth.geometry, settings), stacks);
+      const double after = residual(backProjectionBaseline(stacks, truth.geometry, settings), stacks);
       EXPECT_LT(after, before);
       before = after;
     }
     EXPECT_LT(before, 0.2 * residual(start, stacks));
-    EXPECT_GT(pooledPsnr(backProject(stacks, truth.geometry).voxels, truth.voxels, mask, 200),
+    EXPECT_GT(pooledPsnr(backProjectionBaseline(stacks, truth.geometry).voxels, truth.voxels, mask, 200),
               pooledPsnr(start.voxels, truth.voxels, mask, 200));
   }
 }
@@ -177,8 +177,8 @@ TEST(BackProjection, StopsBeforeItFitsTheNoise) {
   BackProjectionSettings all;
   all.iterations = 30;
   all.stopAtNoise = false;
-  EXPECT_GT(pooledPsnr(backProject(stacks, truth.geometry).voxels, truth.voxels, {}, 200),
-            pooledPsnr(backProject(stacks, truth.geometry, all).voxels, truth.voxels, {}, 200));
+  EXPECT_GT(pooledPsnr(backProjectionBaseline(stacks, truth.geometry).voxels, truth.voxels, {}, 200),
+            pooledPsnr(backProjectionBaseline(stacks, truth.geometry, all).voxels, truth.voxels, {}, 200));
 }
 
 TEST(BackProjection, AddsDetailWithoutTheNoiseOfSeveralScans) {
@@ -246,5 +246,5 @@ TEST(BackProjection, StopRequestCancels) {
   source.request_stop();
   BackProjectionSettings settings;
   settings.stop = source.get_token();
-  EXPECT_THROW(backProject(stacks, truth.geometry, settings), Error);
+  EXPECT_THROW(backProjectionBaseline(stacks, truth.geometry, settings), Error);
 }

@@ -15,7 +15,7 @@ struct BackProjectionSettings {
 
 /// Iterative back-projection (Irani and Peleg 1991) as a stand-alone method, starting from the average of the
 /// cubically upsampled stacks. Throws Error(Cancelled) when stopped, and what upsample() throws.
-Volume backProject(std::span<const Stack> stacks, const GridGeometry& grid,
-                   const BackProjectionSettings& settings = {});
+Volume backProjectionBaseline(std::span<const Stack> stacks, const GridGeometry& grid,
+                              const BackProjectionSettings& settings = {});
 
 } // namespace innergs

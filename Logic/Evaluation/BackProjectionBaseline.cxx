@@ -1,4 +1,4 @@
-#include "Evaluation/BackProjection.h"
+#include "Evaluation/BackProjectionBaseline.h"
 
 #include "Core/Acquisition/BackProjection.h"
 #include "Core/Image/NoiseEstimate.h"
@@ -15,8 +15,8 @@ constexpr double kNoiseShare = 0.4;
 
 } // namespace
 
-Volume backProject(std::span<const Stack> stacks, const GridGeometry& grid,
-                   const BackProjectionSettings& settings) {
+Volume backProjectionBaseline(std::span<const Stack> stacks, const GridGeometry& grid,
+                              const BackProjectionSettings& settings) {
   Volume volume = averageUpsampled(stacks, grid, Interpolation::Cubic, settings.threads, settings.stop);
   BackProjectionPlan plan;
   plan.iterations = settings.iterations;
