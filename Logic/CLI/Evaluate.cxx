@@ -186,14 +186,14 @@ Subcommand addEvaluate(CLI::App& app) {
          "Stacks: every slice is displaced by up to this along each axis [0]");
   amount("--turn", o->stacks.turn, "DEG", "Stacks: and turned by up to this about each axis [0]");
   addOption(*command, "--motion-packets", o->stacks.motionPackets, "N",
-            "Stacks: the slices of each of so many interleaved packets move together [0: every slice "
+            "Stacks: number of interleaved packets whose slices move together [0: every slice moves "
             "by itself]")
       ->check(CLI::Range(0, 10'000));
   amount("--shading", o->stacks.shading, "F",
          "Stacks: the brightness of each scan varies smoothly by up to ± this share [0]");
   amount("--slice-gain", o->stacks.gain, "F", "Stacks: each slice is multiplied by 1 ± up to this [0]");
   addOption(*command, "--central", o->stacks.central, "N",
-            "Stacks: scan a cube of so many voxels in the middle [all]")
+            "Stacks: edge of the cube in the middle that is scanned, in voxels [all]")
       ->check(CLI::Range(16, 4096));
   command->add_flag(
       "--uncertainty", o->uncertainty,

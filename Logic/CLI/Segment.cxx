@@ -378,7 +378,7 @@ Subcommand addSegment(CLI::App& app) {
       ->check(CLI::Range(0.0, 100.0));
   command->add_flag("--largest", o->segment.largestOnly, "Only the largest connected part of each segment");
   addOption(*command, "--minimum-size", o->segment.minimumSize, "MM3",
-            "Only connected parts of at least so many mm3 [0]")
+            "Smallest volume of a connected part, mm3 [0]")
       ->check(CLI::NonNegativeNumber);
   addOption(*command, "--time", o->time, "S",
             "Time in s of a moving scan's model [every frame, as a 4D labelmap: .nii, .nii.gz, "

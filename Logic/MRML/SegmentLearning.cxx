@@ -67,8 +67,9 @@ NamedLabels TrainingLabels::labels(const std::stop_token& stop, DetachedTasks& u
 void regionInWorld(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* ijkToWorld, int size[3]) {
   vtkNew<vtkMatrix4x4> ijkToModel, modelToWorld;
   if (!model->GetModel()->GetDomain(ijkToModel, size))
-    throw Error(ErrorCode::Geometry, "The model " + quoted(model) +
-                                         " does not say which region it was fitted to: reconstruct it anew.");
+    throw Error(ErrorCode::Geometry,
+                "The model " + quoted(model) +
+                    " does not say which region it was fitted to: reconstruct it again.");
   toWorld(model, modelToWorld);
   vtkMatrix4x4::Multiply4x4(modelToWorld, ijkToModel, ijkToWorld);
 }

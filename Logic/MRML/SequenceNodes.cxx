@@ -189,7 +189,7 @@ renderFrames(const DynamicField& field, const std::vector<double>& times, const 
   const std::int64_t available = availableMemory(),
                      bytes = 4 * grid.voxelCount() * static_cast<std::int64_t>(times.size());
   if (available > 0 && bytes > available - (std::int64_t{1} << 28))
-    throw Error(ErrorCode::Memory, "So many frames do not fit into memory: choose a lower rate.");
+    throw Error(ErrorCode::Memory, "That many frames do not fit into memory: choose a lower rate.");
   FrameRenderer renderer(field, grid, options, device);
   std::vector<vtkSmartPointer<vtkImageData>> frames;
   for (const double time : times) {

@@ -154,7 +154,7 @@ private Q_SLOTS:
     checkFit("panel-advanced-running");
     showSlices("slices-dialog");
     checkFit("panel-advanced-finished");
-    host_->sendFailed("The file cannot be read: choose another one, or export it anew from the scanner");
+    host_->sendFailed("The file cannot be read: choose another one, or export it again from the scanner");
     checkFit("panel-advanced-error");
   }
 

@@ -169,8 +169,8 @@ double improve(StackAlignment& alignment, const std::vector<Pair>& pairs, const 
   return norm(shift) + kArm * norm(turn) + kArm * std::abs(right[6]);
 }
 
-/// The minimum gain of a pose that turns by `angle` and was found at so many places, dB: at least twice what
-/// fitting a pose gains by chance, where residuals within a correlation volume of (2√π σ)³ count as one.
+/// The minimum gain of a pose that turns by `angle` and was found at this many places, dB: at least twice
+/// what fitting a pose gains by chance, where residuals within a correlation volume of (2√π σ)³ count as one.
 double leastPoseGain(double angle, std::size_t places) {
   const double spacing = kPlaceDistance / (2 * std::sqrt(std::numbers::pi)),
                independent = static_cast<double>(places) * spacing * spacing * spacing;

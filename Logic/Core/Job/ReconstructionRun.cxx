@@ -33,7 +33,7 @@ double psnrOf(const LossSum& sum) {
   return innergs::psnrOf(sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples)));
 }
 
-/// At most so many of the stack's slices, evenly spread.
+/// At most `count` of the stack's slices, evenly spread.
 Stack someSlices(const Stack& stack, std::int64_t count) {
   const GridGeometry& g = stack.image.geometry;
   const std::int64_t step = (g.size[2] + count - 1) / count, first = (g.size[2] - 1) % step / 2;

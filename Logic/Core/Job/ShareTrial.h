@@ -6,7 +6,7 @@
 
 namespace innergs {
 
-/// Part of a fitted volume, scanned and fitted anew as the scans were. There the truth is known, so that it
+/// Part of a fitted volume, scanned and fitted again as the scans were. There the truth is known, so that it
 /// shows how large a share predictions from each scan alone should have.
 struct ShareTrial {
   Volume truth;       // without voxels in an outline

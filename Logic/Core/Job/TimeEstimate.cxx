@@ -40,7 +40,7 @@ constexpr double kMovedFit = 1.7, kMovedRefining = 2.5;
 constexpr double kAlignedPoints = 40e3;
 constexpr int kTrialIterations = 4; // at most half of them coarse
 
-/// A piece of the stacks' grids with about so many voxels, all around one point, with some structure.
+/// A piece of the stacks' grids with about this many voxels, all around one point, with some structure.
 std::vector<Stack> pieceOf(const std::vector<Stack>& stacks, double voxels) {
   double perMm3 = 0, side = 0;
   for (const Stack& stack : stacks) {

@@ -52,7 +52,7 @@ public:
   /// Tracks frame after frame outward from the middle one with a fixed canonical field, each from the pose
   /// extrapolated from those before.
   void track(const Report& report);
-  /// The mean squared error with which splines of so many coefficients, through the poses of the other
+  /// The mean squared error with which splines of this many coefficients, through the poses of the other
   /// frames, predict every 4th frame, from each of four offsets in turn.
   double predictionError(int coefficients);
   /// The number of coefficients that predicts best; a few where there are too few frames to withhold any.

@@ -30,7 +30,7 @@ double secondsOf(const std::string& unit);
 /// Checks the times (s) at which to make frames against those of a series (`own`), and returns them. Throws
 /// Error(InvalidArgument) for times outside `own` and times that do not increase.
 std::vector<double> checkedTimes(std::vector<double> times, const std::vector<double>& own);
-/// So many frames per second over all of `own`; 0: `own` itself. Throws Error(InvalidArgument).
+/// Times at `rate` frames per second over all of `own`; 0: `own` itself. Throws Error(InvalidArgument).
 std::vector<double> timesAtRate(double rate, const std::vector<double>& own);
 
 /// A series of these frames only, in that order.

@@ -357,7 +357,7 @@ void addErrors(const Degraded& d, const Weights& weights, Errors& plain, Errors&
   projected.add(errorsOf(d.truth, guess, counts));
 }
 
-/// Measures all candidates anew. krigingBlur: in slice distances.
+/// Measures all candidates again. krigingBlur: in slice distances.
 void simulate(Simulation& s, double krigingBlur) {
   s.plain = s.projected = s.withheld = {};
   s.slopeSum = 0;

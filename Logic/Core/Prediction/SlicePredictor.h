@@ -77,7 +77,7 @@ GridGeometry predictionGrid(const GridGeometry& stack);
 /// About how many multiply-adds a prediction takes.
 struct PredictionOperations {
   double learning = 0, applying = 0;
-  /// Those of each of so many threads; at most two share the learning.
+  /// The share of each thread; at most two share the learning.
   PredictionOperations perThread(int threads) const {
     return {learning / std::min(threads, 2), applying / threads};
   }

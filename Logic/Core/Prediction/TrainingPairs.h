@@ -47,7 +47,7 @@ struct PairPlace {
   bool flipRows = false, flipColumns = false;
 };
 
-/// Thin rows that a pair of so many slices needs.
+/// Thin rows that a pair of this many slices needs.
 int thinRows(const SliceSampling& sampling, int slices);
 
 /// Degrades the plane like the slices; `noise`: standard deviation of the noise that averaging removed and

@@ -12,7 +12,7 @@ public:
   explicit PlaneBudget(double milliseconds, double fewest = 1, double perPixel = 0)
       : budget_(milliseconds), fewest_(fewest), initial_(perPixel), cost_(perPixel) {}
 
-  /// The size of the pixels to query, in those of a plane of so many: 1 or more.
+  /// The size of the pixels to query for a plane of this many, in the plane's own: 1 or more.
   double pixelSize(double pixels) const {
     return cost_ > 0 ? std::max(1.0, std::sqrt(pixels / std::max(budget_ / cost_, fewest_))) : 1;
   }

@@ -145,8 +145,8 @@ const std::vector<Setting>& settingsTable() {
                          {"on", tr("on")},
                          {"off", tr("off")}}}),
       Setting("packets", MEMBER(packets), Fit, tr("Interleaved packets"),
-              tr("Motion of slices: every scan was acquired in so many interleaved packets (2: odd and even "
-                 "slices), and each packet moves as a whole."),
+              tr("Motion of slices: number of interleaved packets in which every scan was acquired (2: odd "
+                 "and even slices); each packet moves as a whole."),
               {.range = between(0, 1e4), .zero = tr("every slice by itself"), .applies = movesSlices}),
 
       Setting("schedule", MEMBER(schedule), LearningRates, tr("Schedule"),
@@ -172,8 +172,8 @@ const std::vector<Setting>& settingsTable() {
               tr("Stop when the loss fell by less than 1e-4 over 100 iterations, after 1000 at the latest.")),
 
       Setting("densifyEvery", MEMBER(densifyEvery), Densification, tr("Densify every"),
-              tr("Prune and densify Gaussians every so many iterations; setting a maximum number of "
-                 "Gaussians turns it on."),
+              tr("Iterations between two rounds of pruning and densification; setting a maximum number of "
+                 "Gaussians turns them on."),
               {.range = between(0, 1e6), .unit = tr("iterations"), .zero = tr("never"), .usual = 10}),
       Setting("maxGaussians", MEMBER(maxGaussians), Densification, tr("Maximum Gaussians"),
               tr("Number of Gaussians that densification may reach."),
@@ -186,7 +186,7 @@ const std::vector<Setting>& settingsTable() {
               {.range = positive, .unit = tr("voxels"), .applies = densifies}),
       Setting("densifyGradient", MEMBER(densify.gradient), Densification, tr("Densify above gradient"),
               tr("A Gaussian becomes two if moving it by one voxel would lower the loss by more than that of "
-                 "so many samples."),
+                 "this many samples."),
               {.range = nonNegative, .unit = tr("samples"), .applies = densifies}),
       Setting("splitSize", MEMBER(densify.split), Densification, tr("Split above"),
               tr("Gaussians whose covariance has a larger norm are split, the others cloned."),

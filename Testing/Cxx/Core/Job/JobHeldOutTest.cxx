@@ -126,7 +126,7 @@ TEST(HeldOut, GoesOnFromAStoppedFitAndThenJudges) {
   const auto rest = reconstruct(input, quickSettings(8));
   EXPECT_TRUE(rest.warnings.empty());
   EXPECT_TRUE(sameField(rest.model->field, whole.result.model->field));
-  EXPECT_DOUBLE_EQ(rest.heldOutPsnr, whole.result.heldOutPsnr) << "the second fit starts anew";
+  EXPECT_DOUBLE_EQ(rest.heldOutPsnr, whole.result.heldOutPsnr) << "the second fit starts from scratch";
 }
 
 TEST(HeldOut, SaysWhyTheQualityIsUnknown) {
