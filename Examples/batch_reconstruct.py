@@ -94,7 +94,7 @@ def main(arguments=None):
     parser.add_argument("output", type=pathlib.Path, help="another folder for results; made if it does not exist")
     parser.add_argument("--spacing", type=float, help="output voxel size, mm (default: each scan's finest spacing)")
     parser.add_argument("--preset", default="balanced", choices=("fast", "balanced", "best"))
-    parser.add_argument("--held-out", type=float, default=0.1, help="share of slices withheld from a second fit to measure quality")
+    parser.add_argument("--held-out", type=float, default=0.1, help="share of slices held out from a second fit to measure quality")
     options = parser.parse_args(arguments)
 
     scans = plan(options.input, options.output)
@@ -114,7 +114,7 @@ def main(arguments=None):
                 report.writerow([path.name, "", "", "", reason])
             else:
                 seconds = time.monotonic() - begun
-                print("%s: %.1f s, %.2f dB on withheld slices" % (path.name, seconds, held_out))
+                print("%s: %.1f s, %.2f dB on held-out slices" % (path.name, seconds, held_out))
                 report.writerow([path.name, "%.2f" % seconds, "%.3f" % fitted, "%.3f" % held_out, ""])
             file.flush()
     return 1 if failed else 0

@@ -77,7 +77,7 @@ void LogPanel::addReport(const Report& report) {
   if (std::isfinite(report.trainingPsnr))
     add(tr("%1 dB on the fitted samples, not held out.").arg(report.trainingPsnr, 0, 'f', 2));
   if (std::isfinite(report.heldOutPsnr))
-    add(tr("%1 dB on %n withheld slices, from a second fit that did not see them.", nullptr,
+    add(tr("%1 dB on %n held-out slices, from a second fit that did not see them.", nullptr,
            report.heldOutSlices)
             .arg(report.heldOutPsnr, 0, 'f', 2));
   for (const QualityRow& row : report.quality)

@@ -35,7 +35,7 @@ struct MotionReport {
   QString modelId;
   QString choice;              // why this kind, a sentence; "" where the user chose it
   QStringList warnings;        // sentences
-  QVector<QualityRow> quality; // on withheld frames; empty: not judged
+  QVector<QualityRow> quality; // on held-out frames; empty: not judged
   QString samples;             // which frames these are
   std::int64_t gaussians = 0;
   double seconds = 0;

@@ -80,7 +80,7 @@ QWidget* MotionPanel::buildFit() {
   form->addRow(tr("&Time between frames"), interval_);
   kind_ = named(new QComboBox(this), "motionKind",
                 tr("What changes with time. Unless you choose, the program tries both on a few frames"));
-  kind_->addItem(tr("Chosen by withheld frames"), QString());
+  kind_->addItem(tr("Chosen by held-out frames"), QString());
   for (const SettingWord& word : settingNamed("kind").words)
     kind_->addItem(settingText(word.label), QString::fromLatin1(word.name));
   kind_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
@@ -107,7 +107,7 @@ QWidget* MotionPanel::buildFit() {
   rate_->setSpecialValueText(tr("the scan's own"));
   form->addRow(tr("Fra&mes to make"), rate_);
   judge_ =
-      named(new QCheckBox(tr("&Judge the quality on withheld frames (twice the time)"), this), "motionJudge",
+      named(new QCheckBox(tr("&Judge the quality on held-out frames (twice the time)"), this), "motionJudge",
             tr("A second fit leaves out every few frames and is compared on them with linear\n"
                "interpolation in time and with the previous frame"));
   judge_->setChecked(true);
@@ -379,7 +379,7 @@ void MotionPanel::showReport(const MotionReport& report) {
                            .arg(2 * fontMetrics().averageCharWidth());
   QString rows =
       QStringLiteral("<tr><td style='white-space:nowrap'><b>%1</b></td>%2%3</tr>")
-          .arg(tr("On withheld frames"), cell.arg(tr("<b>PSNR&nbsp;(dB)</b>")), cell.arg(tr("<b>SSIM</b>")));
+          .arg(tr("On held-out frames"), cell.arg(tr("<b>PSNR&nbsp;(dB)</b>")), cell.arg(tr("<b>SSIM</b>")));
   const QLocale locale;
   for (const QualityRow& row : report.quality) {
     const QString name = row.method == QLatin1String("previous") ? tr("Previous frame")

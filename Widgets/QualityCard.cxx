@@ -54,16 +54,16 @@ QString verdictText(const Report& report) {
   case Verdict::Unknown:
     break;
   case Verdict::Better:
-    return QualityCard::tr("On withheld slices, InnerGS is better than the others: %1.").arg(by);
+    return QualityCard::tr("On held-out slices, InnerGS is better than the others: %1.").arg(by);
   case Verdict::AsGood:
-    return QualityCard::tr("On withheld slices, InnerGS is as good as the best of the others: %1.").arg(by);
+    return QualityCard::tr("On held-out slices, InnerGS is as good as the best of the others: %1.").arg(by);
   case Verdict::Mixed:
-    return QualityCard::tr("On withheld slices, InnerGS is better by one measure and worse by the "
+    return QualityCard::tr("On held-out slices, InnerGS is better by one measure and worse by the "
                            "other: %1.")
         .arg(by);
   case Verdict::Worse: {
     const QString text =
-        QualityCard::tr("On withheld slices, InnerGS is worse than the best of the others: %1.").arg(by);
+        QualityCard::tr("On held-out slices, InnerGS is worse than the best of the others: %1.").arg(by);
     return report.scans > 1 ? text
                             : text + QualityCard::tr(" Try the preset \"best\", or use interpolation for "
                                                      "this scan.");
@@ -123,7 +123,7 @@ void QualityCard::setReport(const Report& report) {
   set(samples_,
       report.quality.isEmpty() ? QString() : tr("Scored on held-out slices. %1").arg(report.qualitySamples));
   if (std::isfinite(report.heldOutPsnr))
-    set(heldOut_, tr("%1 dB PSNR on %n withheld slices, from a second fit that did not see them.", nullptr,
+    set(heldOut_, tr("%1 dB PSNR on %n held-out slices, from a second fit that did not see them.", nullptr,
                      report.heldOutSlices)
                       .arg(decibel(report.heldOutPsnr)));
   else // if it was asked for and failed, the warnings say why

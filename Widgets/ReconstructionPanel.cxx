@@ -431,7 +431,7 @@ QWidget* ReconstructionPanel::makeQualityOptions() {
   gap_->setSpecialValueText(tr("automatic"));
   heldOut_ =
       named(new QDoubleSpinBox(group), "heldOutFraction",
-            tr("Share of each scan's slices withheld from a second fit, to judge the quality on them\n"
+            tr("Share of each scan's slices held out from a second fit, to judge the quality on them\n"
                "(0 to 50 %). The result itself is fitted to all slices; it takes about twice the time."));
   heldOut_->setRange(0, 50);
   heldOut_->setDecimals(1);
@@ -442,7 +442,7 @@ QWidget* ReconstructionPanel::makeQualityOptions() {
     spin->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
   }
   form->addRow(tr("Keep one slice in:"), gap_);
-  form->addRow(tr("Withhold slices:"), heldOut_);
+  form->addRow(tr("Hold out slices:"), heldOut_);
   connect(gap_, QOverload<int>::of(&QSpinBox::valueChanged), this, [this](int gap) {
     qualityGap_ = gap > 1 ? gap : 0;
     edited();

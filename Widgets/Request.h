@@ -42,7 +42,7 @@ struct Request {
   QString referenceId;                   // with OutputGrid::Reference
   QString outputVolumeId, outputModelId; // "" new ones
   Settings settings;
-  double heldOutFraction = 0;       // of each input's slices, withheld from a second fit; 0 to 0.5
+  double heldOutFraction = 0;       // of each input's slices, held out from a second fit; 0 to 0.5
   bool estimateUncertainty = false; // also a volume of how far the result may be off
   bool evaluateQuality = true;      // also judge the settings by protocol H in a second fit
   QString resumeFile;               // a model file to resume; "": none
@@ -85,7 +85,7 @@ struct Report {
   QString prediction;                 // what was put between the slices, a sentence; "": nothing
   double trainingPsnr = NAN;          // dB on the fitted samples: not held out
   Judging judging = Judging::NotAsked;
-  double heldOutPsnr = NAN; // dB on withheld slices, of a second fit that did not see them; NaN: unknown
+  double heldOutPsnr = NAN; // dB on held-out slices, of a second fit that did not see them; NaN: unknown
   int heldOutSlices = 0;    // of all scans
   int scans = 1;            // that were reconstructed together
   QVector<QualityRow>

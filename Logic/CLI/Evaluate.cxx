@@ -30,7 +30,7 @@ struct EvaluateOptions {
   Protocol protocol = Protocol::HeldOut;
   int keepEvery = 0, thickness = 0, orthogonal = 0;
   double noise = 0;
-  std::optional<double> withheld;
+  std::optional<double> heldOut;
   StacksCase stacks;
   Settings settings;
   bool baselinesOnly = false, uncertainty = false;
@@ -100,7 +100,7 @@ int evaluate(const EvaluateOptions& o) {
   options.uncertainty = o.uncertainty;
   options.totalVariation = true;
   options.keepVolumes = keep;
-  options.withheldFraction = o.withheld.value_or(scans ? 0.2 : 0.05);
+  options.heldOutFraction = o.heldOut.value_or(scans ? 0.2 : 0.05);
   options.progress = [&](const Progress& progress) { display.show(progress); };
   options.onMethod = [&](const std::string& name) { display.say("Running " + name); };
   options.stop = interrupt.token();
@@ -154,9 +154,10 @@ Subcommand addEvaluate(CLI::App& app) {
        {"both", Protocol::Both},
        {"stacks", Protocol::Stacks},
        {"scans", Protocol::Scans}},
-      "held-out: withheld data are hidden in every plane; paper: withheld per plane, so that the\nother "
+      "held-out: held-out data are hidden in every plane; paper: held out per plane, so that the\nother "
       "planes still show them; stacks: thick scans at right angles of a patient who moves; scans: "
-      "slices\nwithheld from several real scans, predicted from the rest and from their average [held-out]");
+      "slices
+held out from several real scans, predicted from the rest and from their average [held-out]");
   auto* keepEvery =
       addOption(*command, "--keep-every", o->keepEvery, "K",
                 "Held-out: keep every k-th axial slice, score on the others [4, without other case]")
@@ -172,8 +173,8 @@ Subcommand addEvaluate(CLI::App& app) {
   addOption(*command, "--noise", o->noise, "SD",
             "Held-out, stacks: standard deviation of noise added to the input, image units [0]")
       ->check(CLI::NonNegativeNumber);
-  addOption(*command, "--withheld", o->withheld, "F",
-            "Paper: fraction of each plane's slices withheld [0.05]; scans: of each scan's, a third "
+  addOption(*command, "--withheld", o->heldOut, "F",
+            "Paper: fraction of each plane's slices held out [0.05]; scans: of each scan's, a third "
             "at most [0.2]")
       ->check(CLI::Range(0.001, 0.5));
   addOption(*command, "--mask", o->masks, "IMAGE",
@@ -218,7 +219,8 @@ Subcommand addEvaluate(CLI::App& app) {
       "  innergs evaluate t1.nii.gz --protocol stacks --motion 3 --turn 3 --central 120 --noise 10\n"
       "  innergs evaluate a.nii.gz b.nii.gz --protocol scans --mask a-brain.nii.gz b-brain.nii.gz\n"
       "  innergs evaluate t1.nii.gz --protocol paper --gaussians 74088");
-  return {command, [o] { return evaluate(*o); }};
+  return {command, [o] {
+    return evaluate(*o); }};
 }
 
 } // namespace innergs::cli

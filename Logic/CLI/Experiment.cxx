@@ -340,7 +340,7 @@ Subcommand addExperiment(CLI::App& app) {
   addOption(*command, "names", o->names, "NAME",
             "selection: simulation of the candidate selections\n"
             "contour: the conditional splat against the sliced 3D Gaussian\n"
-            "dynamic: frames withheld from a moving scan and interpolated\n"
+            "dynamic: frames held out from a moving scan and interpolated\n"
             "static: every blending by the paper's and the held-out protocol\n"
             "text: queries in words, on two sets of phrases\n"
             "segmentation: labels of some slices propagated to the others\n"
@@ -360,7 +360,7 @@ Subcommand addExperiment(CLI::App& app) {
   command->add_flag("--quick", o->quick, "A small crop and a few iterations: only shows that it runs");
   addOption(*command, "--gaussians", o->gaussians, "N",
             "Gaussians at the start of a fit [74088, the paper's]");
-  addSetting(*command, o->settings, "seed", "Of withheld slices, starts and simulations [1]");
+  addSetting(*command, o->settings, "seed", "Of held-out slices, starts and simulations [1]");
   for (const char* name : {"threads", "device", "instructionSet"})
     addSetting(*command, o->settings, name);
   command->add_flag("-q,--quiet", o->quiet, "No progress; the tables only");

@@ -93,7 +93,7 @@ Picture staticPicture(const StaticExperiment& experiment, const std::string& tit
   picture.text(kMargin, 12, title, kInk, 2);
   int left = kMargin;
   picture.text(left, 48, "truth", kInk);
-  picture.text(left, 64, fmt::format("axial slice {}, withheld", experiment.slice), kFaintText);
+  picture.text(left, 64, fmt::format("axial slice {}, held out", experiment.slice), kFaintText);
   slice.draw(picture, left, header,
              [&](const Vec3& index) { return shade(truth.voxels[voxelAt(g, index)]); });
   picture.text(left, header + slice.height + kMargin, "error: black 0,", kFaintText);
@@ -124,7 +124,7 @@ Picture ablationChart(const Ablation& ablation, const std::string& title) {
     if (!fit->curve.empty()) series.back().dots.push_back({fit->curve.back().seconds, fit->gaussians.psnr});
   }
   return lineChart(series, {title, "seconds", "PSNR dB",
-                            "Lines: on the fitted samples (not held out). Rings: on the withheld slices of "
+                            "Lines: on the fitted samples (not held out). Rings: on the held-out slices of "
                             "protocol P, at the end."});
 }
 

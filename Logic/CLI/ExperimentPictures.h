@@ -10,10 +10,10 @@ namespace innergs::cli {
 /// The example Gaussian on its slices, with the contours of the 3D Gaussian (thick) and of the splat (thin).
 Picture contourPicture(const ContourResult& result);
 
-/// A withheld axial slice: the truth, and every blending with its error, in radiological orientation.
+/// A held-out axial slice: the truth, and every blending with its error, in radiological orientation.
 Picture staticPicture(const StaticExperiment& experiment, const std::string& title);
 
-/// Training PSNR over time, with dots for the PSNR on the withheld slices.
+/// Training PSNR over time, with dots for the PSNR on the held-out slices.
 Picture ablationChart(const Ablation& ablation, const std::string& title);
 
 /// A bar for the PSNR of every part, case by case.

@@ -131,7 +131,7 @@ nlohmann::ordered_json reportOf(const InterpolateOptions& o, const DynamicField&
   report["frame_times_s"] = field.times;
   report["output_times_s"] = times;
   report["training_psnr_db"] = result.seconds > 0 ? nlohmann::ordered_json(result.trainingPsnr) : nullptr;
-  report["training_psnr_note"] = "on the frames that were fitted, not on withheld ones";
+  report["training_psnr_note"] = "on the frames that were fitted, not on held-out ones";
   report["slice_times_used"] = result.slicesTimed;
   report["notes"] = result.notes;
   report["settings"] = toJson(result.settings, true);

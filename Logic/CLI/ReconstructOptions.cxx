@@ -51,7 +51,7 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
             "after the scans. The model has values there and up to one slice distance beyond, and without\n"
             "--reference and --roi the output is cropped to that box");
   addOption(*input, "--held-out", o.heldOut, "F",
-            "Fraction of the slices, up to 0.5, withheld from a second fit, to report the quality on\n"
+            "Fraction of the slices, up to 0.5, held out from a second fit, to report the quality on\n"
             "them; takes about the same time again [0]");
 
   addSettings(app, o.settings);

@@ -160,7 +160,7 @@ std::string qualitySentence(const ReconstructionResult& result) {
   const std::string fitted =
       std::isinf(result.trainingPsnr) ? "no error" : fmt::format("PSNR {:.2f} dB", result.trainingPsnr);
   if (result.judging == Judging::Done)
-    return fmt::format("PSNR {:.2f} dB on {} withheld slice{}, from a second fit that did not see them; the "
+    return fmt::format("PSNR {:.2f} dB on {} held-out slice{}, from a second fit that did not see them; the "
                        "result is fitted to all slices ({} on these).",
                        result.heldOutPsnr, result.heldOutSlices, result.heldOutSlices == 1 ? "" : "s",
                        fitted);

@@ -113,7 +113,7 @@ constexpr Kind kKinds[] = {{"blending", "Blending", blendings},
                            {"gaussians", "Number of Gaussians", counts},
                            {"selection", "Candidate selection", selections}};
 
-const char* const kHeldP = "withheld slices (P)";
+const char* const kHeldP = "held-out slices (P)";
 
 } // namespace
 

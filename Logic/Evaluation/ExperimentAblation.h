@@ -22,7 +22,7 @@ std::vector<std::string> ablationNames();
 Ablation runAblation(ExperimentFits& fits, const std::string& name);
 
 /// Every progress report of every fit: iteration, seconds and training PSNR, and in the last one the PSNR on
-/// the withheld slices.
+/// the held-out slices.
 ExperimentTable curvesOf(const Ablation& ablation);
 
 } // namespace innergs

@@ -31,12 +31,12 @@ public:
   explicit DynamicRun(const DynamicExperiment& experiment) : e_(experiment) {
     std::vector<std::int64_t> kept;
     for (std::int64_t f = 0; f < e_.series.size(); ++f)
-      (f > 0 && f % e_.every == 0 && f + 1 < e_.series.size() ? withheld_ : kept).push_back(f);
-    if (withheld_.empty() || kept.size() < 2)
-      throw Error(ErrorCode::InvalidArgument, e_.name + " has too few frames to withhold every " +
+      (f > 0 && f % e_.every == 0 && f + 1 < e_.series.size() ? heldOut_ : kept).push_back(f);
+    if (heldOut_.empty() || kept.size() < 2)
+      throw Error(ErrorCode::InvalidArgument, e_.name + " has too few frames to hold out every " +
                                                   std::to_string(e_.every) + "th of them.");
     training_ = framesOf(e_.series, kept);
-    for (const std::int64_t f : withheld_)
+    for (const std::int64_t f : heldOut_)
       times_.push_back(e_.series.times[f]);
     const ValueRange range = rangeOf(e_.series);
     peak_ = static_cast<double>(range.high) - static_cast<double>(range.low);
@@ -88,11 +88,11 @@ public:
     EvaluationReport report;
     report.protocol = "frames";
     report.caseName = "withhold-every-" + std::to_string(e_.every);
-    report.samples = std::to_string(withheld_.size()) + " of " + std::to_string(e_.series.size()) +
+    report.samples = std::to_string(heldOut_.size()) + " of " + std::to_string(e_.series.size()) +
                      " frames, which no method saw.";
     report.range = "The PSNR's peak is the range of the series, " + numberText(peak_) + ".";
     report.peak = peak_;
-    report.voxels = e_.series.geometry.voxelCount() * static_cast<std::int64_t>(withheld_.size());
+    report.voxels = e_.series.geometry.voxelCount() * static_cast<std::int64_t>(heldOut_.size());
     for (const Score& s : scores_) {
       MethodScore score;
       score.name = s.gaussians > 0                                    ? "gaussians"
@@ -109,7 +109,7 @@ public:
 
   DynamicExperimentResult tables() const {
     DynamicExperimentResult result;
-    const std::string measured = "withheld frames (" + std::to_string(withheld_.size()) + " of " +
+    const std::string measured = "held-out frames (" + std::to_string(heldOut_.size()) + " of " +
                                  std::to_string(e_.series.size()) + ")";
     const auto of = [&](const std::string& method) {
       return std::find_if(scores_.begin(), scores_.end(), [&](const Score& s) { return s.method == method; });
@@ -119,7 +119,7 @@ public:
     ExperimentTable& methods = result.methods;
     methods.name = "dynamic";
     methods.title =
-        "Interpolation in time of " + e_.name + ", every " + std::to_string(e_.every) + "th frame withheld";
+        "Interpolation in time of " + e_.name + ", every " + std::to_string(e_.every) + "th frame held out";
     methods.columns = {"method",  "gaussians",  "psnr_db", "ssim", "above_linear_db", "frames_above_previous",
                        "seconds", "measured_on"};
     for (const Score& s : scores_) {
@@ -133,7 +133,7 @@ public:
     methods.add({"noise ceiling, at least", "", decimals(ceiling(), 2), "",
                  decimals(ceiling() - linear.pooled, 2), "", "", measured});
     methods.notes = {
-        "PSNR pooled over the voxels of all withheld frames, peak the range of the series (" +
+        "PSNR pooled over the voxels of all held-out frames, peak the range of the series (" +
             numberText(peak_) + "); SSIM averaged over slices and frames.",
         choice_,
         "The noise ceiling is the PSNR of a perfect prediction of noisy frames. The noise is that of second "
@@ -146,8 +146,8 @@ public:
     frames.columns = {"method", "frame", "time_s", "psnr_db", "ssim", "measured_on"};
     for (const Score& s : scores_)
       for (std::size_t f = 0; f < s.frames.size(); ++f)
-        frames.add({s.method, std::to_string(withheld_[f]), decimals(times_[f], 3),
-                    decimals(s.frames[f].psnr, 2), decimals(s.frames[f].ssim, 4), "withheld frame"});
+        frames.add({s.method, std::to_string(heldOut_[f]), decimals(times_[f], 3),
+                    decimals(s.frames[f].psnr, 2), decimals(s.frames[f].ssim, 4), "held-out frame"});
     return result;
   }
 
@@ -162,7 +162,7 @@ private:
     Score score{method, gaussians, seconds, {}, 0, 0};
     double squared = 0, voxels = 0;
     for (std::size_t f = 0; f < frames.size(); ++f) {
-      const Volume truth{e_.series.geometry, e_.series.frames[withheld_[f]]};
+      const Volume truth{e_.series.geometry, e_.series.frames[heldOut_[f]]};
       std::vector<std::uint8_t> finite(truth.voxels.size());
       for (std::size_t v = 0; v < finite.size(); ++v)
         finite[v] = std::isfinite(truth.voxels[v]);
@@ -181,9 +181,9 @@ private:
   double ceiling() const {
     double inSpace = 0, inTime = 0;
     std::int64_t samples = 0;
-    for (const std::int64_t f : withheld_) {
+    for (const std::int64_t f : heldOut_) {
       const double noise = estimateNoise({e_.series.geometry, e_.series.frames[f]});
-      inSpace += noise * noise / static_cast<double>(withheld_.size());
+      inSpace += noise * noise / static_cast<double>(heldOut_.size());
       for (std::size_t v = 0; v < e_.series.frames[f].size(); ++v) {
         const double d = static_cast<double>(e_.series.frames[f - 1][v]) -
                          2 * static_cast<double>(e_.series.frames[f][v]) +
@@ -200,7 +200,7 @@ private:
 
   const DynamicExperiment& e_;
   TimeSeries training_;
-  std::vector<std::int64_t> withheld_;
+  std::vector<std::int64_t> heldOut_;
   std::vector<double> times_;
   double peak_ = 0;
   std::vector<Score> scores_;

@@ -83,7 +83,7 @@ const FitOutcome& ExperimentFits::run(const std::string& label, const Settings& 
   const bool alpha = chosenBlending(settings) == Blending::Alpha;
   const EvaluationInput input =
       heldOut ? heldOutInput(setup_.volume, kEveryFourth, settings.seed)
-              : paperInput(setup_.volume, options.withheldFraction, settings.seed, alpha);
+              : paperInput(setup_.volume, options.heldOutFraction, settings.seed, alpha);
   const IntensityMap map = chooseIntensityMap(input.stacks);
   Settings filled = settings;
   const int coarse = makePlan(filled, measureTraits(input.stacks, map)).coarseIterations;

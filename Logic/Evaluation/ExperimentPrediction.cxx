@@ -18,7 +18,7 @@ struct AblationCase {
   const char *name, *title, *measuredOn;
 };
 const AblationCase kCases[] = {
-    {{HeldOutCase::Kind::KeepEvery, 4, 2, 0}, "every-4th", "every 4th slice", "withheld slices (H)"},
+    {{HeldOutCase::Kind::KeepEvery, 4, 2, 0}, "every-4th", "every 4th slice", "held-out slices (H)"},
     {{HeldOutCase::Kind::Thick, 4, 2, 0}, "thick-4", "4 voxels thick", "thin slices, none seen (H)"}};
 
 constexpr const char *kInterpolation = "interpolation", *kAlone = "part alone", *kWhole = "whole";

@@ -12,8 +12,8 @@ namespace {
 constexpr double kPaperPsnr[3] = {32.48, 31.86, 33.08}, kPaperMean = 32.47, kPaperSsim = 0.9676,
                  kPaperSeconds = 25.9 * 60;
 
-const char* const kHeldP = "withheld slices (P)";
-const char* const kHeldH = "withheld slices (H)";
+const char* const kHeldP = "held-out slices (P)";
+const char* const kHeldH = "held-out slices (H)";
 
 std::vector<std::pair<std::string, Settings>> variants(const ExperimentFits& fits) {
   Settings alpha = fits.base(), additive = fits.base();
@@ -57,7 +57,7 @@ StaticExperiment runStatic(ExperimentFits& fits) {
                              "measured_on"};
   result.held.name = "static-held-out";
   result.held.title = "The same blendings by protocol H: every 4th axial slice of " + setup.volumeName +
-                      " kept, all others withheld in every plane";
+                      " kept, all others held out in every plane";
   result.held.columns = {"method",  "gaussians",           "psnr_db",    "paper_psnr_db", "ssim",
                          "seconds", "estimated_memory_mb", "measured_on"};
 
@@ -94,11 +94,11 @@ StaticExperiment runStatic(ExperimentFits& fits) {
                        "The paper has no figures for this protocol."};
 
   const EvaluationInput input =
-      paperInput(setup.volume, EvaluationOptions{}.withheldFraction, fits.base().seed);
+      paperInput(setup.volume, EvaluationOptions{}.heldOutFraction, fits.base().seed);
   result.truth = input.truth;
   result.peak = report.peak;
   const std::int64_t middle = result.truth.geometry.size[2] / 2;
-  const auto& candidates = input.scored[2].empty() ? input.withheld[2] : input.scored[2];
+  const auto& candidates = input.scored[2].empty() ? input.heldOut[2] : input.scored[2];
   result.slice = candidates.front();
   for (const std::int64_t k : candidates)
     if (std::abs(k - middle) < std::abs(result.slice - middle)) result.slice = k;

@@ -14,7 +14,7 @@ struct StaticExperiment {
   std::vector<Row> rows;
   ExperimentTable perPlane, held; // protocol P, protocol H
   Volume truth;                   // protocol P's grid, axial slices along K
-  std::int64_t slice = 0;         // a withheld axial slice, the nearest to the middle
+  std::int64_t slice = 0;         // a held-out axial slice, the nearest to the middle
   double peak = 0;                // image units
 };
 

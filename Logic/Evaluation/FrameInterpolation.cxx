@@ -89,11 +89,11 @@ std::vector<std::vector<float>> smoothed(const TimeSeries& series, std::span<con
     std::vector<float> errors(voxels, 0.f);
     for (const FrameFold& fold : frameFolds(series.times)) {
       const auto predicted = combined(framesOf(series, fold.kept),
-                                      splinePrediction(spline, fold.keptTimes, fold.withheldTimes, smoothing),
-                                      fold.withheld.size(), pool);
-      for (std::size_t i = 0; i < fold.withheld.size(); ++i)
+                                      splinePrediction(spline, fold.keptTimes, fold.heldOutTimes, smoothing),
+                                      fold.heldOut.size(), pool);
+      for (std::size_t i = 0; i < fold.heldOut.size(); ++i)
         for (std::size_t v = 0; v < voxels; ++v) {
-          const float d = predicted[i][v] - series.frames[fold.withheld[i]][v];
+          const float d = predicted[i][v] - series.frames[fold.heldOut[i]][v];
           if (std::isfinite(d)) errors[v] += d * d;
         }
     }

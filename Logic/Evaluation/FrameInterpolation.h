@@ -13,7 +13,7 @@ enum class FrameMethod {
   Linear,
   Cubic, // natural cubic spline through all frames
   Mean,  // mean over time
-  Spline // smoothing spline; its smoothing chosen by withholding every 4th frame
+  Spline // smoothing spline; its smoothing chosen by holding out every 4th frame
 };
 const char* frameMethodName(FrameMethod method);
 

@@ -3,7 +3,7 @@
 
 namespace innergs {
 
-/// One case of the held-out protocol (H). What is withheld is withheld in every plane.
+/// One case of the held-out protocol (H). What is held out is held out in every plane.
 struct HeldOutCase {
   enum class Kind {
     KeepEvery, // keeps every factor-th slice and tests on the others

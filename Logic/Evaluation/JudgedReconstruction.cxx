@@ -42,8 +42,8 @@ std::vector<double> costs(const ReconstructionInput& input, const Settings& sett
     for (const Stack& stack : input.stacks)
       checkGeometry(stack.image.geometry, "The stack");
     const GridGeometry& first = input.stacks.front().image.geometry;
-    const double withheld = withheldFraction(input);
-    double job = (withheld > 0 ? 2 - withheld : 1) * costOf(input, settings);
+    const double heldOut = heldOutFraction(input);
+    double job = (heldOut > 0 ? 2 - heldOut : 1) * costOf(input, settings);
     if (input.uncertainty) {
       const SimulatedFit simulated = simulatedOutline(input, settings);
       job += (2 - simulated.input.heldOutFraction) * costOf(simulated.input, simulated.settings);

@@ -10,7 +10,7 @@ struct JudgedResult {
 };
 
 /// A reconstruction and, on request, a quality measurement of its settings by protocol H: slices of the first
-/// stack are withheld from a second fit and scored, inside the mask, next to interpolations.
+/// stack are held out from a second fit and scored, inside the mask, next to interpolations.
 class JudgedReconstruction {
 public:
   /// keepEvery: the protocol keeps every keepEvery-th slice of the first stack: 2…64, or 0: usualGap(); none:

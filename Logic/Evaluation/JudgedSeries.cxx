@@ -10,7 +10,7 @@
 namespace innergs {
 namespace {
 
-constexpr std::int64_t kPapers = 8;        // every 8th frame is withheld, as the paper does
+constexpr std::int64_t kPapers = 8;        // every 8th frame is held out, as the paper does
 constexpr std::int64_t kFewestToJudge = 6; // frames
 
 } // namespace
@@ -39,7 +39,7 @@ JudgedSeriesResult JudgedSeries::run(const std::stop_token& stop) {
   job.onPreview(preview_);
   outcome.result = job.run(stop);
   if (judge_ && !judging)
-    outcome.note = "There are too few frames to withhold some and judge the quality on them.";
+    outcome.note = "There are too few frames to hold out some and judge the quality on them.";
   if (!judging || outcome.result.cancelled || !outcome.result.field) return outcome;
   DynamicExperiment experiment;
   experiment.series = std::move(series_);

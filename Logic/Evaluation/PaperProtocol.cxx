@@ -83,7 +83,7 @@ void score(MethodScore& method, const EvaluationInput& input, double peak,
   method.pooledPsnr = -10 * std::log10(pooledErrors / double(pooledVoxels));
 }
 
-/// A voxel is observed unless all three planes withhold it.
+/// A voxel is observed unless all three planes hold it out.
 Stack unionStack(const EvaluationInput& input) {
   const GridGeometry& g = input.truth.geometry;
   Stack stack;
@@ -92,9 +92,9 @@ Stack unionStack(const EvaluationInput& input) {
   stack.thickness = g.spacing[2];
   stack.name = "slices of three planes";
   stack.observed.assign(stack.image.voxels.size(), 1);
-  for (std::int64_t k : input.withheld[2])
-    for (std::int64_t j : input.withheld[1])
-      for (std::int64_t i : input.withheld[0]) {
+  for (std::int64_t k : input.heldOut[2])
+    for (std::int64_t j : input.heldOut[1])
+      for (std::int64_t i : input.heldOut[0]) {
         const auto p = static_cast<std::size_t>(i + g.size[0] * (j + g.size[1] * k));
         stack.observed[p] = 0;
         stack.image.voxels[p] = 0;
@@ -102,7 +102,7 @@ Stack unionStack(const EvaluationInput& input) {
   return stack;
 }
 
-/// All slices of one plane except the withheld ones.
+/// All slices of one plane except the held-out ones.
 Stack planeStack(const EvaluationInput& input, Plane plane) {
   const int axis = sliceAxis(input.truth.geometry, plane);
   Stack stack;
@@ -111,7 +111,7 @@ Stack planeStack(const EvaluationInput& input, Plane plane) {
   stack.name = std::string(planeName(plane)) + " slices";
   stack.observed.assign(stack.image.voxels.size(), 1);
   const auto& size = stack.image.geometry.size;
-  for (std::int64_t slice : input.withheld[axis]) {
+  for (std::int64_t slice : input.heldOut[axis]) {
     std::fill_n(stack.observed.begin() + slice * size[0] * size[1], size[0] * size[1], std::uint8_t{0});
     std::fill_n(stack.image.voxels.begin() + slice * size[0] * size[1], size[0] * size[1], 0.f);
   }
@@ -152,10 +152,10 @@ std::array<std::shared_ptr<const Volume>, 3> gaussianImages(const EvaluationInpu
 
 } // namespace
 
-EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::uint64_t seed, bool perPlane) {
+EvaluationInput paperInput(const Volume& volume, double heldOutFraction, std::uint64_t seed, bool perPlane) {
   checkGeometry(volume.geometry, "The volume");
-  if (!(withheldFraction > 0 && withheldFraction < 0.5))
-    throw Error(ErrorCode::InvalidArgument, "The withheld fraction must lie between 0 and 0.5.");
+  if (!(heldOutFraction > 0 && heldOutFraction < 0.5))
+    throw Error(ErrorCode::InvalidArgument, "The held-out fraction must lie between 0 and 0.5.");
   EvaluationInput input;
   input.truth = withSliceAxis(volume, sliceAxis(volume.geometry, Plane::Axial));
   const GridGeometry& g = input.truth.geometry;
@@ -166,10 +166,10 @@ EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::u
   std::mt19937_64 engine(seed);
   for (Plane plane : planes) {
     const int axis = sliceAxis(g, plane);
-    input.withheld[axis] = chooseSlices(g.size[axis], withheldFraction, engine);
+    input.heldOut[axis] = chooseSlices(g.size[axis], heldOutFraction, engine);
   }
-  // Empty slices test nothing, as their PSNR is arbitrary up to infinity; they stay withheld from the fit.
-  input.scored = input.withheld;
+  // Empty slices test nothing, as their PSNR is arbitrary up to infinity; they stay held out from the fit.
+  input.scored = input.heldOut;
   for (int axis = 0; axis < 3; ++axis)
     std::erase_if(input.scored[axis],
                   [&](std::int64_t slice) { return isConstant(input.truth, axis, slice); });
@@ -191,10 +191,10 @@ EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& gi
   EvaluationOptions options = given;
   options.settings = withoutResidualGrid(options.settings);
   const bool perPlane = options.gaussians && chosenBlending(options.settings) == Blending::Alpha;
-  EvaluationInput input = paperInput(volume, options.withheldFraction, options.settings.seed, perPlane);
+  EvaluationInput input = paperInput(volume, options.heldOutFraction, options.settings.seed, perPlane);
   EvaluationReport report;
   report.protocol = "paper";
-  report.caseName = formatted("withheld-%g%%", 100 * options.withheldFraction);
+  report.caseName = formatted("withheld-%g%%", 100 * options.heldOutFraction);
   report.peak = intensityRange(input.truth);
   report.range = formatted(
       "PSNR peak: the truth's maximum minus minimum, %g; per slice, then the mean over slices and planes.",
@@ -207,7 +207,7 @@ EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& gi
         counts[static_cast<int>(plane)] * input.truth.geometry.voxelCount() / input.truth.geometry.size[axis];
   }
   report.samples =
-      formatted("the %s axial, %s coronal and %s sagittal withheld slices that are not empty, "
+      formatted("the %s axial, %s coronal and %s sagittal held-out slices that are not empty, "
                 "background included; nearly all of "
                 "their voxels were seen in the other two planes.",
                 countText(counts[0]).c_str(), countText(counts[1]).c_str(), countText(counts[2]).c_str());
@@ -231,7 +231,7 @@ EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& gi
       EvaluationOptions quiet = options;
       if (axis > 0) quiet.onMethod = nullptr;
       images[axis] = runMethod(name, quiet, [&, k = kind] {
-        return interpolateSlices(input.truth, axis, input.withheld[axis], k);
+        return interpolateSlices(input.truth, axis, input.heldOut[axis], k);
       });
       method.seconds += images[axis].seconds;
     }
@@ -246,7 +246,7 @@ EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& gi
         "Gaussians without a residual grid, which would hold the voxels seen in the other planes.");
   if (perPlane)
     report.notes.push_back(
-        "The image of alpha blending depends on the slicing direction: every withheld slice "
+        "The image of alpha blending depends on the slicing direction: every held-out slice "
         "is scored as rendered in its own plane, which was fitted to the other slices of it. A saved volume "
         "or picture shows the rendering along the axial slices' normal alone.");
 
@@ -256,7 +256,7 @@ EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& gi
   report.notes.push_back(formatted(
       "This protocol leaks: copying the voxels seen in the other planes and taking the nearest seen voxel "
       "for "
-      "the rest scores %.2f dB pooled over the withheld slices (SSIM %.4f). Judge by the held-out protocol.",
+      "the rest scores %.2f dB pooled over the held-out slices (SSIM %.4f). Judge by the held-out protocol.",
       leak.pooledPsnr, leak.ssim));
   if (options.keepVolumes) {
     report.truth = std::make_shared<const Volume>(std::move(input.truth));

@@ -4,9 +4,9 @@
 namespace innergs {
 
 /// For a method with one value per point, the three planes' stacks of one grid are a single stack: a voxel
-/// is observed unless all three planes withhold it. perPlane: three stacks instead (axial, coronal,
-/// sagittal), each without its own withheld slices, for methods whose image depends on the slicing direction.
-EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::uint64_t seed,
+/// is observed unless all three planes hold it out. perPlane: three stacks instead (axial, coronal,
+/// sagittal), each without its own held-out slices, for methods whose image depends on the slicing direction.
+EvaluationInput paperInput(const Volume& volume, double heldOutFraction, std::uint64_t seed,
                            bool perPlane = false);
 
 /// The settings of a fit that the protocol judges: without the residual grid, which would hold the very

@@ -25,7 +25,7 @@ struct EvaluationOptions {
   bool uncertainty = false;                         // also judges the Gaussians' stated uncertainty
   bool totalVariation = false;                      // protocol H: includes the slowest baseline by far
   bool keepVolumes = false;                         // keeps every method's volume (for pictures)
-  double withheldFraction = 0.05;                   // protocols P and scans
+  double heldOutFraction = 0.05;                    // protocols P and scans
   ProgressCallback progress;                        // of the Gaussians' fit
   std::function<void(const std::string&)> onMethod; // called before each method with its name
   std::stop_token stop;                             // when stopped, throws Error(Cancelled)
@@ -34,15 +34,15 @@ struct EvaluationOptions {
 
 struct PlaneScore {
   Plane plane = Plane::Axial;
-  double psnr = 0, ssim = 0; // mean over the withheld slices
-  double pooledPsnr = 0;     // over all voxels of the withheld slices
+  double psnr = 0, ssim = 0; // mean over the held-out slices
+  double pooledPsnr = 0;     // over all voxels of the held-out slices
   std::int64_t slices = 0;
 };
 
 /// How often a stated uncertainty holds.
 struct IntervalScore {
   double coverage = 0; // share of the scored voxels whose truth lies in the 90 % interval
-  double own = 0;      // what the reconstruction itself says of its withheld slices
+  double own = 0;      // what the reconstruction itself says of its held-out slices
   double width = 0;    // median deviation, image units
 };
 
@@ -82,9 +82,9 @@ struct EvaluationReport {
 struct EvaluationInput {
   Volume truth;
   std::vector<Stack> stacks;
-  std::vector<std::int64_t> testSlices;              // scored K indices (protocol H)
-  std::array<std::vector<std::int64_t>, 3> withheld; // withheld slices by grid axis of truth (protocol P)
-  std::array<std::vector<std::int64_t>, 3> scored;   // those that are not constant
+  std::vector<std::int64_t> testSlices;             // scored K indices (protocol H)
+  std::array<std::vector<std::int64_t>, 3> heldOut; // held-out slices by grid axis of truth (protocol P)
+  std::array<std::vector<std::int64_t>, 3> scored;  // those that are not constant
 };
 
 } // namespace innergs

@@ -84,7 +84,7 @@ std::string textReport(std::span<const EvaluationReport> reports) {
     const bool paper = report->protocol == "paper";
     text += paper                          ? "Protocol P (paper), "
             : report->protocol == "stacks" ? "Simulated stacks, "
-            : report->protocol == "scans"  ? "Withheld slices of real scans, "
+            : report->protocol == "scans"  ? "Held-out slices of real scans, "
                                            : "Protocol H (held-out), ";
     text += report->caseName + "\n";
     text += "Samples: " + report->samples + "\n" + report->range + "\n";
@@ -123,7 +123,7 @@ std::string textReport(std::span<const EvaluationReport> reports) {
       if (method.intervals)
         text += formatted(
             "Uncertainty of %s: its 90 %% intervals held %.1f %% of these samples (%.1f %% of its own "
-            "withheld slices); median standard deviation %.3g.\n",
+            "held-out slices); median standard deviation %.3g.\n",
             method.name.c_str(), 100 * method.intervals->coverage, 100 * method.intervals->own,
             method.intervals->width);
     for (const std::string& note : report->notes)

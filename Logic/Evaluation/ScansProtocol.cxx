@@ -22,13 +22,13 @@ constexpr std::int64_t kFewest = 50; // pixels of a scored slice
 
 using Slices = std::vector<std::vector<std::int64_t>>; // per scan
 
-/// The scans with their withheld slices interpolated from the four nearest others.
-std::vector<Stack> bridged(std::vector<Stack> scans, const Slices& withheld) {
+/// The scans with their held-out slices interpolated from the four nearest others.
+std::vector<Stack> bridged(std::vector<Stack> scans, const Slices& heldOut) {
   for (std::size_t s = 0; s < scans.size(); ++s) {
     const auto& n = scans[s].image.geometry.size;
     std::vector<float>& voxels = scans[s].image.voxels;
     const std::int64_t plane = n[0] * n[1];
-    for (const std::int64_t k : withheld[s]) {
+    for (const std::int64_t k : heldOut[s]) {
       const std::int64_t before = std::max<std::int64_t>(0, k - 2), after = std::min(n[2] - 1, k + 2);
       for (std::int64_t p = 0; p < plane; ++p)
         voxels[k * plane + p] = (9 * (voxels[(k - 1) * plane + p] + voxels[(k + 1) * plane + p]) -
@@ -45,23 +45,23 @@ struct Method {
   std::function<Volume(const GridGeometry&)> render;
 };
 
-/// What the method shows of each withheld slice; NaN: nothing.
+/// What the method shows of each held-out slice; NaN: nothing.
 std::vector<std::vector<float>> predictions(const Method& method, const PreparedInput& prepared,
                                             const GridGeometry& grid, ThreadPool& pool) {
   const SliceOperator op(grid, pool);
   const std::vector<float> volume = method.render(grid).voxels;
   std::vector<std::vector<float>> seen;
   for (std::size_t s = 0; s < method.placed.size(); ++s) {
-    const auto& withheld = prepared.heldOut[s];
+    const auto& heldOut = prepared.heldOut[s];
     Stack stack = method.placed[s];
     stack.observed = prepared.scored[s];
     const std::vector<SlicePose> poses =
-        placeSlices(method.render, stack, withheld, prepared.range.low >= 0, pool);
+        placeSlices(method.render, stack, heldOut, prepared.range.low >= 0, pool);
     stack.poses.assign(static_cast<std::size_t>(stack.image.geometry.size[2]), Affine3{});
-    for (std::size_t n = 0; n < withheld.size(); ++n)
-      stack.poses[static_cast<std::size_t>(withheld[n])] = poses[n].pose;
+    for (std::size_t n = 0; n < heldOut.size(); ++n)
+      stack.poses[static_cast<std::size_t>(heldOut[n])] = poses[n].pose;
     const std::vector<PlacedSlice> slices = placedSlices(stack, s, 1, grid.spacing[0]);
-    for (const std::int64_t k : withheld)
+    for (const std::int64_t k : heldOut)
       seen.push_back(op.project(volume, slices[static_cast<std::size_t>(k)]));
   }
   return seen;
@@ -91,16 +91,16 @@ struct Moments {
 EvaluationReport evaluateScans(const std::vector<Stack>& scans, const std::vector<Mask>& masks,
                                const EvaluationOptions& options) {
   if (scans.size() < 2)
-    throw Error(ErrorCode::InvalidArgument, "Withheld slices of real scans need two scans or more.");
-  if (!(options.withheldFraction > 0 && options.withheldFraction <= 1.0 / 3))
-    throw Error(ErrorCode::InvalidArgument, "The withheld fraction of real scans must be above 0 and at most "
-                                            "a third: neighbours of withheld slices must be left.");
+    throw Error(ErrorCode::InvalidArgument, "Held-out slices of real scans need two scans or more.");
+  if (!(options.heldOutFraction > 0 && options.heldOutFraction <= 1.0 / 3))
+    throw Error(ErrorCode::InvalidArgument, "The held-out fraction of real scans must be above 0 and at most "
+                                            "a third: neighbours of held-out slices must be left.");
   ThreadPool pool(options.settings.threads);
   pool.setStop(options.stop);
   ReconstructionInput input;
   input.stacks = scans;
   input.masks = masks;
-  input.heldOutFraction = options.withheldFraction;
+  input.heldOutFraction = options.heldOutFraction;
   const PreparedInput prepared = prepareInput(input, options.stop, true);
   input.heldOutFraction = 0;
   for (std::size_t s = 0; s < scans.size(); ++s)
@@ -108,7 +108,7 @@ EvaluationReport evaluateScans(const std::vector<Stack>& scans, const std::vecto
 
   EvaluationReport report;
   report.protocol = "scans";
-  report.caseName = formatted("scans-%zu-withheld-%g%%", scans.size(), 100 * options.withheldFraction);
+  report.caseName = formatted("scans-%zu-withheld-%g%%", scans.size(), 100 * options.heldOutFraction);
   report.peak = prepared.range.high - prepared.range.low;
   report.range = formatted("PSNR peak: the scans' maximum minus minimum, %g.", report.peak);
 
@@ -188,7 +188,7 @@ EvaluationReport evaluateScans(const std::vector<Stack>& scans, const std::vecto
   }
   if (slices == 0)
     throw Error(ErrorCode::NoData,
-                "No withheld slice shows enough to be scored: give larger scans or masks.");
+                "No held-out slice shows enough to be scored: give larger scans or masks.");
   for (std::size_t m = 0; m < methods.size(); ++m) {
     MethodScore& score = report.methods[m];
     score.psnr = score.pooledPsnr =
@@ -196,7 +196,7 @@ EvaluationReport evaluateScans(const std::vector<Stack>& scans, const std::vecto
     score.ncc = correlation[m] / static_cast<double>(slices);
   }
   report.samples = formatted(
-      "%s voxels of %s withheld slices%s, that all methods predict; each slice was registered to each "
+      "%s voxels of %s held-out slices%s, that all methods predict; each slice was registered to each "
       "method's volume, in which it took no part, and one gain per slice was removed.",
       countText(report.voxels).c_str(), countText(slices).c_str(), masks.empty() ? "" : " inside the masks");
   return report;

@@ -72,17 +72,17 @@ std::vector<double> sliceWeights(const std::vector<std::int64_t>& kept, std::int
   return weights;
 }
 
-Volume interpolateSlices(const Volume& volume, int axis, const std::vector<std::int64_t>& withheld,
+Volume interpolateSlices(const Volume& volume, int axis, const std::vector<std::int64_t>& heldOut,
                          Interpolation kind) {
   const auto& n = volume.geometry.size;
   std::vector<std::int64_t> kept;
   for (std::int64_t k = 0; k < n[axis]; ++k)
-    if (std::find(withheld.begin(), withheld.end(), k) == withheld.end()) kept.push_back(k);
+    if (std::find(heldOut.begin(), heldOut.end(), k) == heldOut.end()) kept.push_back(k);
   const std::array<std::int64_t, 3> stride{1, n[0], n[0] * n[1]};
   const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
   Volume result = volume;
   std::vector<double> sum(static_cast<std::size_t>(n[u] * n[v]));
-  for (std::int64_t target : withheld) {
+  for (std::int64_t target : heldOut) {
     const std::vector<double> weights = sliceWeights(kept, target, kind);
     std::fill(sum.begin(), sum.end(), 0.0);
     const auto slice = [&](std::int64_t index, auto&& visit) {

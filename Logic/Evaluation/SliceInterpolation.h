@@ -9,9 +9,9 @@ namespace innergs {
 std::vector<double> sliceWeights(const std::vector<std::int64_t>& kept, std::int64_t target,
                                  Interpolation kind);
 
-/// The volume with each slice in `withheld`, along grid axis `axis`, interpolated from the other slices of
+/// The volume with each slice in `heldOut`, along grid axis `axis`, interpolated from the other slices of
 /// that axis.
-Volume interpolateSlices(const Volume& volume, int axis, const std::vector<std::int64_t>& withheld,
+Volume interpolateSlices(const Volume& volume, int axis, const std::vector<std::int64_t>& heldOut,
                          Interpolation kind);
 
 } // namespace innergs

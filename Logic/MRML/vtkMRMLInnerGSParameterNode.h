@@ -126,7 +126,7 @@ public:
   ///@}
 
   ///@{
-  /// Share of each input's slices withheld from a second fit, to report the quality on them; 0 (default) to
+  /// Share of each input's slices held out from a second fit, to report the quality on them; 0 (default) to
   /// 0.5.
   vtkSetMacro(HeldOutFraction, double);
   vtkGetMacro(HeldOutFraction, double);

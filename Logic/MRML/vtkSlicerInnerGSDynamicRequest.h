@@ -46,7 +46,7 @@ public:
 
   /// Settings, by their names in Docs/settings.md. Only those of moving scans, NumberOfGaussians, Seed,
   /// threads, instruction set and device have an effect. Kind: what changes with time; Automatic: whichever
-  /// predicts withheld frames better.
+  /// predicts held-out frames better.
   vtkInnerGSSettingsMacro();
   vtkInnerGSSettingMacro(NumberOfThreads, threads, int);
   enum Kinds { Motion, Intensity, Network };

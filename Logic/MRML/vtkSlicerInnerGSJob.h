@@ -58,7 +58,7 @@ public:
   int GetTotalIterations();
   double GetLoss();         // of the last iteration, normalised intensity units
   double GetTrainingPSNR(); // dB, fitted samples; NaN: unknown
-  double GetHeldOutPSNR();  // dB on withheld slices, of a second fit that did not see them; NaN: unknown
+  double GetHeldOutPSNR();  // dB on held-out slices, of a second fit that did not see them; NaN: unknown
   vtkIdType GetNumberOfGaussians();
   double GetElapsedSeconds();
   double GetRemainingSeconds(); // estimated, of the whole job
@@ -96,7 +96,7 @@ public:
   vtkGetMacro(UsedSettings, std::string);
   vtkGetMacro(QualityState, int); // one of vtkInnerGSReconstruct::QualityStates
   vtkGetMacro(NumberOfHeldOutSlices, int);
-  /// Share of withheld voxels inside their 90 % intervals (NaN: unknown), and a sentence on that ("": none).
+  /// Share of held-out voxels inside their 90 % intervals (NaN: unknown), and a sentence on that ("": none).
   vtkGetMacro(UncertaintyCoverage, double);
   vtkGetMacro(UncertaintyNote, std::string);
   /// Null unless Finished, or when deleted since.

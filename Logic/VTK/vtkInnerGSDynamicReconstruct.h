@@ -27,7 +27,7 @@ public:
 
   /// Settings, by their names in Docs/settings.md. Only those of moving scans, NumberOfGaussians, Seed,
   /// threads, instruction set and device have an effect. Kind: what changes with time; Automatic: whichever
-  /// predicts withheld frames better.
+  /// predicts held-out frames better.
   vtkInnerGSSettingsMacro();
   enum Kinds { Motion, Intensity, Network };
   vtkInnerGSSettingMacro(Kind, kind, int);

@@ -120,7 +120,7 @@ public:
   innergs::Settings GetSettings() const;
   void SetSettings(const innergs::Settings& settings);
 #endif
-  /// Share of each input's slices to withhold from a second fit, which takes about as long again, to report
+  /// Share of each input's slices to hold out from a second fit, which takes about as long again, to report
   /// the quality on them; 0 (default) to 0.5. The outputs are fitted to all slices.
   vtkSetMacro(HeldOutFraction, double);
   vtkGetMacro(HeldOutFraction, double);
@@ -174,7 +174,7 @@ public:
   vtkGetMacro(CurrentLoss, double);  // of the last iteration, normalised intensity units
   vtkGetMacro(TrainingPSNR, double); // dB, fitted samples; NaN: unknown
   vtkGetMacro(HeldOutPSNR,
-              double); // dB on withheld slices of a second fit that did not see them; NaN: unknown
+              double); // dB on held-out slices of a second fit that did not see them; NaN: unknown
   vtkGetMacro(NumberOfHeldOutSlices, int); // over all inputs
   vtkGetMacro(QualityState, int);
   vtkGetMacro(CurrentGaussians, vtkIdType);
@@ -189,7 +189,7 @@ public:
   ///@{
   /// Results of the last successful execution.
   vtkGetMacro(FitSeconds, double);
-  /// The share of withheld voxels inside the 90 % intervals, which were not learned from them; NaN: unknown.
+  /// The share of held-out voxels inside the 90 % intervals, which were not learned from them; NaN: unknown.
   vtkGetMacro(UncertaintyCoverage, double);
   vtkGetMacro(UncertaintyNote, std::string); // a sentence on that, "" without an estimate
   vtkGetMacro(Noise, double);                // estimated, scanner units

@@ -10,8 +10,8 @@ from ._scene import Cancelled, Error, logic, logic_of, quiet
 Result = collections.namedtuple("Result", "volume model table training_psnr held_out_psnr warnings uncertainty coverage slices prediction "
                                 "profile")
 Result.__doc__ = """The result of a reconstruction: nodes (table: None unless quality was requested), PSNR in dB on the fitted samples
-and, for a second fit, on the slices withheld from it (NaN without one), sentences that the user should read, and with
-uncertainty=True a volume node of standard deviations (else None) and the share of withheld voxels inside their 90 % intervals.
+and, for a second fit, on the slices held out from it (NaN without one), sentences that the user should read, and with
+uncertainty=True a volume node of standard deviations (else None) and the share of held-out voxels inside their 90 % intervals.
 slices: of several scans, a table node of where every slice was found to lie (slice_transforms() makes transforms of it), or
 None where they were not moved. prediction, profile: sentences on what was put between the slices and on how thick they look,
 or ""."""
@@ -154,7 +154,7 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
     profile      "box" (default), "gaussian" or "point": how a slice averages across its thickness
     axis         the index (0, 1, 2) that counts the slices, one or one per volume; by default one with clearly the
                  coarsest spacing, else 2
-    held_out     share of slices (0 to 0.5) withheld from a second fit, which takes about as long again, to report
+    held_out     share of slices (0 to 0.5) held out from a second fit, which takes about as long again, to report
                  held_out_psnr; the result is fitted to all slices
     uncertainty  also estimate how far the volume may be off, as a volume node of standard deviations; takes this second fit
                  (of a fifth of the slices where held_out is 0) and two small ones

@@ -76,7 +76,7 @@ def reconstruct_moving(sequence, **choices):
 
     interval     seconds from one frame to the next, if the sequence's index is not a time
     kind         what changes with time: "motion", "intensity" (fMRI), "network" or "auto" (default): which of the first
-                 two predicts withheld frames better
+                 two predicts held-out frames better
     times, rate  the frames to make: at these times in s, or this many per second; by default at the sequence's own times
     quality      judge by a second fit, on frames that it does not see, next to linear interpolation (default True)
     slice_times  seconds after a frame's time at which each of its slices was acquired, one per slice along K, or a file

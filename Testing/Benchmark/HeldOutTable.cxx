@@ -41,7 +41,7 @@ std::vector<Target> targets(const std::string& volume, const std::string& heldOu
 }
 
 std::string measuredOn(const std::string& heldOutCase, const nlohmann::json& report) {
-  const std::string where = heldOutCase.starts_with("keep-every") ? "withheld slices" : "whole volume";
+  const std::string where = heldOutCase.starts_with("keep-every") ? "held-out slices" : "whole volume";
   return where + ", body, " + fixed(report.at("voxels").get<double>() / 1e6, 2) + " M voxels";
 }
 

@@ -13,14 +13,14 @@ private Q_SLOTS:
     QCOMPARE(label("resultSummary"),
              QString("Done in 1 min 23 s. 74,088 Gaussians. On the CPU. The CUDA backend is not installed."));
     QCOMPARE(label("qualityVerdict"),
-             QString("On withheld slices, InnerGS is better than the others: 1.5 dB more PSNR than "
+             QString("On held-out slices, InnerGS is better than the others: 1.5 dB more PSNR than "
                      "linear interpolation, 0.021 more SSIM than linear interpolation."));
     QVERIFY(label("qualitySamples").startsWith("Scored on held-out slices. Every 4th slice"));
     QCOMPARE(label("quality-1-0"), QString("InnerGS"));
     QCOMPARE(label("quality-1-1"), QString("31.62"));
     QCOMPARE(label("quality-2-0"), QString("Linear interpolation"));
     QCOMPARE(label("heldOutQuality"),
-             QString("31.50 dB PSNR on 12 withheld slices, from a second fit that did not see them."));
+             QString("31.50 dB PSNR on 12 held-out slices, from a second fit that did not see them."));
     QVERIFY(label("trainingQuality").startsWith("38.25 dB PSNR on the fitted samples, not held out"));
     QVERIFY(line("resultWarnings").contains("thickness was set to 4 mm."));
     scrollDown();
@@ -45,7 +45,7 @@ private Q_SLOTS:
     finish(report);
     QCOMPARE(
         label("qualityVerdict"),
-        QString("On withheld slices, InnerGS is better by one measure and worse by the other: "
+        QString("On held-out slices, InnerGS is better by one measure and worse by the other: "
                 "0.4 dB more PSNR than linear interpolation, 0.014 less SSIM than cubic interpolation."));
   }
 

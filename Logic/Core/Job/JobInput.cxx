@@ -128,18 +128,18 @@ void applyMask(Stack& stack, const Mask& mask, const std::stop_token& stop) {
       stack.observed[v] = stack.observed[v] && inside[v];
 }
 
-std::vector<std::int64_t> withhold(Stack& stack, double fraction) {
-  std::vector<std::int64_t> withheld;
+std::vector<std::int64_t> holdOut(Stack& stack, double fraction) {
+  std::vector<std::int64_t> heldOut;
   const std::int64_t slices = stack.image.geometry.size[2];
   const std::int64_t every = std::max<std::int64_t>(2, std::llround(std::min(1 / fraction, 1e9)));
   for (std::int64_t k = every / 2; k + 1 < slices; k += every)
-    if (k > 0) withheld.push_back(k);
-  if (withheld.empty() && slices > 2) withheld.push_back(slices / 2);
+    if (k > 0) heldOut.push_back(k);
+  if (heldOut.empty() && slices > 2) heldOut.push_back(slices / 2);
   if (stack.observed.empty()) stack.observed.assign(stack.image.voxels.size(), 1);
   const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
-  for (std::int64_t k : withheld)
+  for (std::int64_t k : heldOut)
     std::fill_n(stack.observed.begin() + k * plane, plane, std::uint8_t{0});
-  return withheld;
+  return heldOut;
 }
 
 std::int64_t usable(const Stack& stack) {
@@ -285,19 +285,19 @@ std::string nameOf(const Stack& stack, std::size_t index) {
 
 std::span<const Stack> startStacks(const PreparedInput& prepared, std::vector<Stack>& bridged) {
   if (std::all_of(prepared.heldOut.begin(), prepared.heldOut.end(),
-                  [](const auto& withheld) { return withheld.empty(); }))
+                  [](const auto& heldOut) { return heldOut.empty(); }))
     return prepared.stacks;
   bridged = prepared.stacks;
   for (std::size_t s = 0; s < bridged.size(); ++s) {
     Stack& stack = bridged[s];
-    const auto& withheld = prepared.heldOut[s];
-    if (withheld.empty()) continue;
+    const auto& heldOut = prepared.heldOut[s];
+    if (heldOut.empty()) continue;
     const auto& size = stack.image.geometry.size;
     const std::int64_t plane = size[0] * size[1];
     const auto fitted = [&](std::int64_t k) {
-      return std::find(withheld.begin(), withheld.end(), k) == withheld.end();
+      return std::find(heldOut.begin(), heldOut.end(), k) == heldOut.end();
     };
-    for (const std::int64_t k : withheld) {
+    for (const std::int64_t k : heldOut) {
       std::int64_t below = k - 1, above = k + 1;
       while (below >= 0 && !fitted(below))
         --below;
@@ -367,7 +367,7 @@ Affine3 modelFrame(const GridGeometry& geometry) {
   return frame;
 }
 
-double withheldFraction(const ReconstructionInput& input) {
+double heldOutFraction(const ReconstructionInput& input) {
   return input.uncertainty && input.heldOutFraction == 0 ? kUsualFraction : input.heldOutFraction;
 }
 
@@ -376,7 +376,7 @@ void checkHeldOutFraction(double fraction) {
     throw Error(ErrorCode::InvalidArgument, "The held-out fraction must be between 0 and 0.5.");
 }
 
-PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop, bool withheld,
+PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop, bool heldOut,
                            const CorrectStacks& correct) {
   if (input.stacks.empty())
     throw Error(ErrorCode::InvalidArgument, "There is no image to reconstruct from: give at least one.");
@@ -387,7 +387,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
                   "order.",
                   input.masks.size(), input.stacks.size(), input.stacks.size() == 1 ? "" : "s"));
   checkHeldOutFraction(input.heldOutFraction);
-  const double fraction = withheld ? withheldFraction(input) : 0;
+  const double fraction = heldOut ? heldOutFraction(input) : 0;
   PreparedInput prepared;
   prepared.stacks = input.stacks;
   auto& stacks = prepared.stacks;
@@ -431,7 +431,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
   for (const Stack& stack : stacks)
     prepared.scored.push_back(fraction > 0 ? stack.observed : std::vector<std::uint8_t>{});
   for (Stack& stack : stacks)
-    prepared.heldOut.push_back(fraction > 0 ? withhold(stack, fraction) : std::vector<std::int64_t>{});
+    prepared.heldOut.push_back(fraction > 0 ? holdOut(stack, fraction) : std::vector<std::int64_t>{});
   if (correct) prepared.warnings = correct(stacks);
   // The usual output grid does not follow slices that move.
   const bool moved =

@@ -4,12 +4,12 @@
 
 namespace innergs {
 
-/// The checked input of a fit, with masks applied and, on request, slices withheld.
+/// The checked input of a fit, with masks applied and, on request, slices held out.
 struct PreparedInput {
   std::vector<Stack> stacks;                      // `observed` is set where anything is left out
-  std::vector<std::vector<std::int64_t>> heldOut; // per stack: withheld slices
-  std::vector<std::vector<std::uint8_t>> scored;  // of stacks with withheld slices: observed before
-                                                  // withholding
+  std::vector<std::vector<std::int64_t>> heldOut; // per stack: held-out slices
+  std::vector<std::vector<std::uint8_t>> scored;  // of stacks with held-out slices: observed before
+                                                  // holding out
   GridGeometry domain;                            // of the field
   Mask support;                                   // of a masked fit, see GaussianField
   ValueRange range;                               // range of the fitted values
@@ -23,10 +23,10 @@ struct PreparedInput {
 using CorrectStacks = std::function<std::vector<std::string>(std::span<Stack>)>;
 /// Throws Error for everything that is wrong with the input: no or broken stacks, stacks that neither overlap
 /// nor adjoin (with room for a slice between them), a wrong number of masks, an empty mask, nothing finite to
-/// fit, an output grid apart from the data. Error(Cancelled) when stopped on the way. withheld: without the
-/// slices that heldOutFraction withholds. correct: called before the field's domain is laid out.
+/// fit, an output grid apart from the data. Error(Cancelled) when stopped on the way. heldOut: without the
+/// slices that heldOutFraction holds out. correct: called before the field's domain is laid out.
 PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop = {},
-                           bool withheld = false, const CorrectStacks& correct = {});
+                           bool heldOut = false, const CorrectStacks& correct = {});
 
 /// Whether slices get motions of their own: several scans without poses; unless that is asked for, of slices
 /// clearly thicker than their pixels, or 3 mm apart or more.
@@ -43,11 +43,11 @@ double voxelsOf(std::span<const Stack> stacks);
 /// For messages. index: among the input's stacks, from 0.
 std::string nameOf(const Stack& stack, std::size_t index);
 
-/// Share of the slices withheld where the uncertainty is asked for without a fraction.
+/// Share of the slices held out where the uncertainty is asked for without a fraction.
 constexpr double kUsualFraction = 0.2;
 
 /// The share of the slices that the second fit does not see; 0: there is no such fit.
-double withheldFraction(const ReconstructionInput& input);
+double heldOutFraction(const ReconstructionInput& input);
 
 /// Throws Error(InvalidArgument) unless the fraction is in [0, 0.5].
 void checkHeldOutFraction(double fraction);
@@ -56,7 +56,7 @@ void checkHeldOutFraction(double fraction);
 /// mm that contain a voxel of the largest mask. 1 without a mask or without its voxels.
 double maskedShare(const ReconstructionInput& input, double volume, double reach);
 
-/// The stacks that Gaussians are initialised from: withheld slices are interpolated linearly between the
+/// The stacks that Gaussians are initialised from: held-out slices are interpolated linearly between the
 /// nearest fitted ones. `bridged` holds the copies that this needs.
 std::span<const Stack> startStacks(const PreparedInput& prepared, std::vector<Stack>& bridged);
 

@@ -104,14 +104,14 @@ std::int64_t predictedMemory(const ReconstructionInput& input, const Settings& s
 /// While the result is kept: the second fit, then the simulation that the uncertainty needs, then the
 /// uncertainty itself.
 std::int64_t judgedMemory(const ReconstructionInput& input, const Settings& settings, std::int64_t fit) {
-  if (withheldFraction(input) == 0) return fit;
+  if (heldOutFraction(input) == 0) return fit;
   const std::int64_t result = resultBytes(input);
   if (!input.uncertainty) return result + fit;
   const double voxels = voxelsOf(input.stacks);
-  // The stacks where they lie, and what is seen of withheld slices, once whole and once in halves.
-  const double seen = withheldFraction(input) * voxels;
+  // The stacks where they lie, and what is seen of held-out slices, once whole and once in halves.
+  const double seen = heldOutFraction(input) * voxels;
   const auto kept =
-      static_cast<std::int64_t>(5 * voxels + seen * (sizeof(WithheldValue) + 2 * sizeof(WithheldError)));
+      static_cast<std::int64_t>(5 * voxels + seen * (sizeof(HeldOutValue) + 2 * sizeof(HeldOutError)));
   const SimulatedFit simulated = simulatedOutline(input, settings);
   const std::int64_t cube =
       6 * simulated.input.outputGrid->voxelCount() * static_cast<std::int64_t>(sizeof(float));
@@ -156,7 +156,7 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const double densify = plan.densify.every > 0 ? gaussians * (3 * 64.0 + 16) : 0; // while sorting them
   const double fit = merged + grids.largest * 8 /* W, N */ +
                      gaussians * (4 * 64.0 + views * (sizeof(Projected) + 16.0) + 16) + alpha + densify;
-  const double bridged = withheldFraction(input) > 0 ? grids.voxels * 5 : 0; // see startStacks()
+  const double bridged = heldOutFraction(input) > 0 ? grids.voxels * 5 : 0; // see startStacks()
   const double start = bridged + proxy * 13 /* values, coverage, density and its smoothing */;
   const double output = static_cast<double>(grid.voxelCount()) * 4 + 64e6;
   const double residual =

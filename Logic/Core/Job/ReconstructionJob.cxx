@@ -17,7 +17,7 @@ namespace {
 
 /// Costs of the fit, of the one that judges it, and of those of the simulation, relative to the first.
 std::vector<double> partsOf(const ReconstructionInput& input, const Settings& settings) {
-  std::vector<double> parts{1, 1 - withheldFraction(input)};
+  std::vector<double> parts{1, 1 - heldOutFraction(input)};
   if (!input.uncertainty || input.stacks.empty()) return parts;
   try {
     std::for_each(input.stacks.begin(), input.stacks.end(), checkStack);
@@ -40,7 +40,7 @@ struct ReconstructionJob::Impl {
 
   void showProfiles(ReconstructionResult& result, const std::stop_token& stop) const;
   void estimate(ReconstructionResult& result, const Volume& second, std::span<const Stack> placed,
-                std::span<const WithheldValue> seen, ProgressParts& parts, const std::stop_token& stop) const;
+                std::span<const HeldOutValue> seen, ProgressParts& parts, const std::stop_token& stop) const;
   /// Measures the result's quality by a second fit with the same settings, and its uncertainty.
   void judge(ReconstructionResult& result, std::span<const Stack> placed, ProgressParts& parts,
              const std::stop_token& stop);
@@ -65,7 +65,7 @@ ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhe
   Impl& job = *impl_;
   checkHeldOutFraction(job.input.heldOutFraction);
   std::optional<ProgressParts> parts;
-  if (withheldFraction(job.input) > 0) parts.emplace(job.progress, partsOf(job.input, job.settings));
+  if (heldOutFraction(job.input) > 0) parts.emplace(job.progress, partsOf(job.input, job.settings));
   std::optional<Progress> done; // reported once everything is
   const ProgressCallback untilDone = [&](const Progress& progress) {
     if (progress.phase == Phase::Done)
@@ -101,7 +101,7 @@ void ReconstructionJob::Impl::showProfiles(ReconstructionResult& result, const s
 
 /// Leaves a warning instead where too little is known, or when it fails or is stopped.
 void ReconstructionJob::Impl::estimate(ReconstructionResult& result, const Volume& second,
-                                       std::span<const Stack> placed, std::span<const WithheldValue> seen,
+                                       std::span<const Stack> placed, std::span<const HeldOutValue> seen,
                                        ProgressParts& parts, const std::stop_token& stop) const {
   ProgressCallback told = parts.next(Phase::Estimating);
   told({});
@@ -117,11 +117,11 @@ void ReconstructionJob::Impl::estimate(ReconstructionResult& result, const Volum
     fitted.whole = whole.run(stop, false).volume;
     ReconstructionRun without(simulated, same, true, parts.next(Phase::Estimating));
     without.setPredictionShare(result.predictionShare);
-    without.keepWithheldValues();
+    without.keepHeldOutValues();
     ReconstructionResult found = without.run(stop, false);
     throwIfStopped(stop);
     if (found.heldOutSlices > 0) fitted.second = std::move(found.volume);
-    fitted.seen = without.takeWithheldValues();
+    fitted.seen = without.takeHeldOutValues();
     return fitted;
   };
   Failure failure;
@@ -150,17 +150,17 @@ void ReconstructionJob::Impl::judge(ReconstructionResult& result, std::span<cons
   };
   if (std::all_of(input.stacks.begin(), input.stacks.end(),
                   [](const Stack& stack) { return stack.image.geometry.size[2] < 3; }))
-    return fail("A scan needs at least three slices for one of them to be withheld.");
-  const auto resume = std::exchange(input.resume, nullptr); // it has seen the slices to be withheld
+    return fail("A scan needs at least three slices for one of them to be held out.");
+  const auto resume = std::exchange(input.resume, nullptr); // it has seen the slices to be held out
   Failure failure;
   ReconstructionResult found;
-  std::vector<WithheldValue> seen;
+  std::vector<HeldOutValue> seen;
   try {
     ReconstructionRun second(input, settings, true, parts.next());
     second.setPredictionShare(result.predictionShare);
-    if (input.uncertainty) second.keepWithheldValues();
+    if (input.uncertainty) second.keepHeldOutValues();
     found = second.run(stop, false);
-    seen = second.takeWithheldValues();
+    seen = second.takeHeldOutValues();
   } catch (...) {
     failure = failureOf();
   }
@@ -171,7 +171,7 @@ void ReconstructionJob::Impl::judge(ReconstructionResult& result, std::span<cons
     result.judging = Judging::Stopped;
     result.warnings.push_back("Judging the quality was stopped: the result itself is complete.");
   } else if (found.heldOutSlices == 0) {
-    fail("The slices withheld for it show nothing inside the mask.");
+    fail("The slices held out for it show nothing inside the mask.");
   } else {
     result.judging = Judging::Done;
     result.heldOutPsnr = found.heldOutPsnr;

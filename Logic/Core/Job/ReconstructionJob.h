@@ -35,11 +35,11 @@ struct ReconstructionInput {
   std::optional<GridGeometry> outputGrid; // default: isotropic at the finest spacing over the first stack's
                                           // box, cropped to the mask's
   bool cropToMask = false;                // also crop a given output grid to the mask's box
-  /// Above 0, up to 0.5: the share of every stack's slices withheld from a second fit with the same settings,
+  /// Above 0, up to 0.5: the share of every stack's slices held out from a second fit with the same settings,
   /// which measures the quality on them. The delivered model is fitted to all slices.
   double heldOutFraction = 0;
   /// Also estimates how far the volume may be from the truth, by that second fit; without a fraction, one
-  /// slice in five is withheld.
+  /// slice in five is held out.
   bool uncertainty = false;
   std::shared_ptr<const Model> resume; // continues from here
   ShadingCorrection n4;                // IO/N4Correction.h; without it, the setting `n4` is refused

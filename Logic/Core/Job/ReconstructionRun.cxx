@@ -69,10 +69,9 @@ int runningJobs() {
   return running;
 }
 
-ReconstructionRun::ReconstructionRun(const ReconstructionInput& input, const Settings& settings,
-                                     bool withheld, ProgressCallback progress,
-                                     std::function<void(const Volume&)> preview)
-    : input_(input), settings_(settings), withheld_(withheld), progress_(std::move(progress)),
+ReconstructionRun::ReconstructionRun(const ReconstructionInput& input, const Settings& settings, bool heldOut,
+                                     ProgressCallback progress, std::function<void(const Volume&)> preview)
+    : input_(input), settings_(settings), heldOut_(heldOut), progress_(std::move(progress)),
       preview_(std::move(preview)) {
   ++running;
 }
@@ -93,7 +92,7 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
   result_.instructionSet = kernels_->name;
   for (const Stack& stack : input_.stacks)
     checkStack(stack);
-  if (!withheld_) // once, before the first fit, for both
+  if (!heldOut_) // once, before the first fit, for both
     if (const std::string refusal = memoryRefusal(estimateMemory(input_, settings_), availableMemory());
         !refusal.empty())
       throw Error(ErrorCode::Memory, refusal);
@@ -101,8 +100,8 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
   result_.threads = pool_->threads();
   pool_->setStop(stop);
   try {
-    correction_.emplace(input_, settings_, withheld_, progress_, *pool_);
-    prepared_ = prepareInput(input_, stop, withheld_,
+    correction_.emplace(input_, settings_, heldOut_, progress_, *pool_);
+    prepared_ = prepareInput(input_, stop, heldOut_,
                              [this](std::span<Stack> stacks) { return correction_->apply(stacks); });
     correction_->report(result_);
   } catch (const Error& error) {
@@ -220,7 +219,7 @@ Volume ReconstructionRun::fieldAlone(const Stack& stack, const GridGeometry& gri
   input.outputGrid = grid;
   Settings prepared = settings;
   prepared.n4 = false;
-  // `withheld` is true as the slices are already prepared.
+  // `heldOut` is true as the slices are already prepared.
   ReconstructionRun other(input, prepared, true, [&](const Progress& p) {
     progress_.report(Phase::Predicting, from + (to - from) * p.fraction);
   });
@@ -581,7 +580,7 @@ void ReconstructionRun::scoreHeldOut(const RenderOptions& options) {
         ++count;
         if (!keepsValues_) continue;
         const std::int64_t p = v - k * plane;
-        withheldValues_.push_back(
+        heldOutValues_.push_back(
             {pose(map({static_cast<double>(p % row), static_cast<double>(p / row), static_cast<double>(k)})),
              rendered.voxels[v] - truth, slice});
       }
@@ -596,7 +595,7 @@ void ReconstructionRun::renderResult(const std::stop_token& stop) {
   progress_.report(Phase::Rendering, fromFit(kResidualEnds));
   const RenderOptions options = renderOptions(model_.field, stop);
   result_.volume = render(model_.field, prepared_.outputGrid, options);
-  if (withheld_)
+  if (heldOut_)
     scoreHeldOut(options);
   else
     compareWithScans(options);

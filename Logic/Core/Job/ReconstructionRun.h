@@ -18,17 +18,17 @@ int runningJobs();
 /// job makes one, and a second one to measure its quality.
 class ReconstructionRun {
 public:
-  /// The input must outlive the run. withheld: leaves out the slices selected by heldOutFraction, and scores
+  /// The input must outlive the run. heldOut: leaves out the slices selected by heldOutFraction, and scores
   /// the result on them.
-  ReconstructionRun(const ReconstructionInput& input, const Settings& settings, bool withheld,
+  ReconstructionRun(const ReconstructionInput& input, const Settings& settings, bool heldOut,
                     ProgressCallback progress, std::function<void(const Volume&)> preview = {});
   ~ReconstructionRun();
 
   /// ReconstructionJob::run() without the quality measurement.
   ReconstructionResult run(const std::stop_token& stop, bool renderWhenCancelled);
 
-  /// Before run(): also keeps what is seen of withheld slices, for takeWithheldValues().
-  void keepWithheldValues() { keepsValues_ = true; }
+  /// Before run(): also keeps what is seen of held-out slices, for takeHeldOutValues().
+  void keepHeldOutValues() { keepsValues_ = true; }
   /// Before run(): where each of several scans predicts, the predictions get this share instead of one chosen
   /// by simulation.
   void setPredictionShare(double share) { share_ = share; }
@@ -36,9 +36,9 @@ public:
   void keepUnmixed() { keepsUnmixed_ = true; }
   Volume takeUnmixed() { return std::move(unmixed_); }
 
-  /// After run(): the stacks as they were fitted, and what was seen of withheld slices.
+  /// After run(): the stacks as they were fitted, and what was seen of held-out slices.
   std::vector<Stack> takeStacks() { return std::move(prepared_.stacks); }
-  std::vector<WithheldValue> takeWithheldValues() { return std::move(withheldValues_); }
+  std::vector<HeldOutValue> takeHeldOutValues() { return std::move(heldOutValues_); }
 
 private:
   void choose();
@@ -70,7 +70,7 @@ private:
 
   const ReconstructionInput& input_;
   Settings settings_, asked_;
-  const bool withheld_;
+  const bool heldOut_;
   bool keepsValues_ = false, keepsUnmixed_ = false;
   std::optional<double> share_; // of predictions from each scan
   Volume unmixed_;
@@ -79,7 +79,7 @@ private:
   double nextPreview_ = 1.0; // seconds
 
   PreparedInput prepared_;
-  std::vector<WithheldValue> withheldValues_;
+  std::vector<HeldOutValue> heldOutValues_;
   std::unique_ptr<ThreadPool> pool_;
   std::optional<ScanCorrection> correction_;
   const KernelSet* kernels_ = nullptr;

@@ -128,7 +128,7 @@ bool ScanCorrection::differentBodies() const {
                      [](const auto& a) { return !a.fits && !(a.correlation >= kAnotherBody); });
 }
 
-Stack ScanCorrection::placed(std::size_t scan, std::span<const std::int64_t> withheld,
+Stack ScanCorrection::placed(std::size_t scan, std::span<const std::int64_t> heldOut,
                              const std::function<Volume(const GridGeometry&)>& render, bool scales) const {
   std::vector<Stack> whole{input_.stacks[scan]};
   Stack& stack = whole.front();
@@ -139,9 +139,9 @@ Stack ScanCorrection::placed(std::size_t scan, std::span<const std::int64_t> wit
   SliceMotion motion;
   motion.moved = true;
   motion.slices.push_back(motion_.slices[scan]);
-  const std::vector<SlicePose> found = placeSlices(render, stack, withheld, scales, pool_);
-  for (std::size_t n = 0; n < withheld.size(); ++n)
-    motion.slices.front()[static_cast<std::size_t>(withheld[n])] = found[n];
+  const std::vector<SlicePose> found = placeSlices(render, stack, heldOut, scales, pool_);
+  for (std::size_t n = 0; n < heldOut.size(); ++n)
+    motion.slices.front()[static_cast<std::size_t>(heldOut[n])] = found[n];
   applySliceMotion(motion, whole);
   return std::move(stack);
 }

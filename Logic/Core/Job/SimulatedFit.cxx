@@ -11,7 +11,7 @@ namespace innergs {
 SimulatedFit simulatedFit(std::vector<Stack> stacks, const GridGeometry& grid, const GridGeometry& output,
                           const ReconstructionInput& input, const Settings& settings) {
   SimulatedFit fit{{}, settings};
-  fit.input.heldOutFraction = std::max(withheldFraction(input), kUsualFraction);
+  fit.input.heldOutFraction = std::max(heldOutFraction(input), kUsualFraction);
   fit.settings.align = false;
   fit.settings.biasField = BiasFieldKind::Off;
   fit.settings.n4 = false;

@@ -150,12 +150,12 @@ SlicePrediction::Candidates SlicePrediction::makeCandidates(const Stack& scan, c
 }
 
 /// Mixes a field fitted to the slices and what can be learned across them into the interpolation, each as far
-/// as it helps when every second slice of the scan is withheld.
+/// as it helps when every second slice of the scan is held out.
 SlicePrediction::Contribution SlicePrediction::addCandidates(Volume& between) {
   const GridGeometry& g = scan_.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
   const Stack even = everySecond(scan_);
-  const GridGeometry middle = trialGrids(g).all; // every second plane belongs to a withheld slice
+  const GridGeometry middle = trialGrids(g).all; // every second plane belongs to a held-out slice
   const Part fieldPart = step(cost_.trialField, cost_.trialField), trialPart = step(cost_.trial, cost_.trial);
   const Candidates tried =
       makeCandidates(even, middle, triesAField(), parts_.learned, true, fieldPart, trialPart);
@@ -165,7 +165,7 @@ SlicePrediction::Contribution SlicePrediction::addCandidates(Volume& between) {
   const Volume* guesses[kept + 1] = {&mixture, tried.field ? &*tried.field : nullptr,
                                      tried.learned ? &*tried.learned : nullptr,
                                      tried.mean ? &*tried.mean : nullptr};
-  // Withheld thick slices are compared with equally thick ones.
+  // Held-out thick slices are compared with equally thick ones.
   std::array<std::vector<float>, kept + 1> seen;
   Stack all = scan_;
   all.image.geometry = middle;
@@ -228,7 +228,7 @@ SlicePrediction::Contribution SlicePrediction::addCandidates(Volume& between) {
   if (parts_.learned && !tried.learned) added.nothingLearned = " " + tried.sentence;
   if (tried.learned && !learns)
     added.nothingLearned =
-        " What the slices' own detail teaches was left out: on withheld slices it did not help.";
+        " What the slices' own detail teaches was left out: on held-out slices it did not help.";
   if (learns && !learned.learned) added.nothingLearned = " " + learned.sentence;
   const double left = meanSquare<kept>(errors, share);
   if (left > 0) added.gain = 10 * std::log10(errors[0][0] / left);
@@ -282,8 +282,8 @@ Stack SlicePrediction::predict() {
   }
   sentence_ =
       "Between the slices: " + mixtureText(choice_, added.field, added.learned) +
-      (choice_.judged || choice_.withheldError[0] > 0 ? ", chosen on slices withheld from the scan"
-                                                      : ", because the scan shows too little for a choice") +
+      (choice_.judged || choice_.heldOutError[0] > 0 ? ", chosen on slices held out from the scan"
+                                                     : ", because the scan shows too little for a choice") +
       (added.gain > 0.005 ? formatted(" (there %.1f dB better than interpolation alone).", added.gain)
                           : std::string(".")) +
       added.nothingLearned;

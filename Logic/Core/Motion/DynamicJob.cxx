@@ -259,7 +259,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
         kind = moved < kClearly * changed ? DynamicKind::Motion : DynamicKind::Intensity;
         result.choice = std::string("Gaussians ") +
                         (kind == DynamicKind::Motion ? "move" : "stay in place and change their intensity") +
-                        ": where the frames change most, moving ones predicted withheld frames with " +
+                        ": where the frames change most, moving ones predicted held-out frames with " +
                         formatted("%.2f", psnrOf(moved / judged)) + " dB, changing ones with " +
                         formatted("%.2f", psnrOf(changed / judged)) + " dB.";
       }

@@ -12,10 +12,10 @@ std::vector<FrameFold> frameFolds(const std::vector<double>& times) {
     FrameFold fold;
     for (std::int64_t f = 0; f < frames; ++f) {
       const bool out = f % kFolds == n && f > 0 && f + 1 < frames;
-      (out ? fold.withheld : fold.kept).push_back(f);
-      (out ? fold.withheldTimes : fold.keptTimes).push_back(times[f]);
+      (out ? fold.heldOut : fold.kept).push_back(f);
+      (out ? fold.heldOutTimes : fold.keptTimes).push_back(times[f]);
     }
-    if (!fold.withheld.empty() && fold.kept.size() >= 2) folds.push_back(std::move(fold));
+    if (!fold.heldOut.empty() && fold.kept.size() >= 2) folds.push_back(std::move(fold));
   }
   return folds;
 }

@@ -133,7 +133,7 @@ void IntensityFit::chooseCoefficients() {
                      step = std::max<std::int64_t>(1, n / kCoefficientSample);
   const std::int64_t most = std::min<std::int64_t>(kMostCoefficients, series_.size());
   const std::vector<FrameFold> folds = frameFolds(series_.times);
-  // The mean squared error at withheld frames with the best of the smoothings, of the same slice times.
+  // The mean squared error at held-out frames with the best of the smoothings, of the same slice times.
   const auto error = [&](const TimeSpline& spline) {
     std::array<double, kSmoothings.size()> sums{};
     pool_.blocks(std::ssize(kSmoothings), 1, [&](std::int64_t first, std::int64_t last) {
@@ -141,13 +141,13 @@ void IntensityFit::chooseCoefficients() {
         for (const FrameFold& fold : folds) {
           const double delay = slices_.times.front();
           const auto rows = splinePrediction(spline, later(fold.keptTimes, delay),
-                                             later(fold.withheldTimes, delay), kSmoothings[s]);
+                                             later(fold.heldOutTimes, delay), kSmoothings[s]);
           for (std::int64_t v = 0; v < n; v += step)
-            for (std::size_t i = 0; i < fold.withheld.size(); ++i) {
+            for (std::size_t i = 0; i < fold.heldOut.size(); ++i) {
               double predicted = 0;
               for (std::size_t t = 0; t < fold.kept.size(); ++t)
                 predicted += rows[i * fold.kept.size() + t] * static_cast<double>(course_[fold.kept[t]][v]);
-              sums[s] += std::pow(predicted - static_cast<double>(course_[fold.withheld[i]][v]), 2);
+              sums[s] += std::pow(predicted - static_cast<double>(course_[fold.heldOut[i]][v]), 2);
             }
         }
     });
@@ -174,18 +174,18 @@ void IntensityFit::choose(const Report& report) {
   frameErrors_.assign(kSmoothings.size(), std::vector<double>(course_.size(), 0.0));
   const std::vector<FrameFold> folds = frameFolds(series_.times);
   for (std::size_t fold = 0; fold < folds.size(); ++fold) {
-    const std::vector<std::int64_t>&kept = folds[fold].kept, &withheld = folds[fold].withheld;
+    const std::vector<std::int64_t>&kept = folds[fold].kept, &heldOut = folds[fold].heldOut;
     for (std::size_t s = 0; s < kSmoothings.size(); ++s) {
       pool_.throwIfStopped();
       std::vector<std::vector<double>> rows; // of each group of slices
       for (const double time : slices_.times)
         rows.push_back(splinePrediction(field_.change, later(folds[fold].keptTimes, time),
-                                        later(folds[fold].withheldTimes, time), kSmoothings[s]));
+                                        later(folds[fold].heldOutTimes, time), kSmoothings[s]));
       const std::int64_t blocks = (n + kPerTask - 1) / kPerTask;
-      std::vector<double> parts(blocks * withheld.size(), 0.0);
+      std::vector<double> parts(blocks * heldOut.size(), 0.0);
       pool_.blocks(n, kPerTask, [&](std::int64_t first, std::int64_t last) {
         std::vector<float> predicted(static_cast<std::size_t>(last - first));
-        for (std::size_t i = 0; i < withheld.size(); ++i) {
+        for (std::size_t i = 0; i < heldOut.size(); ++i) {
           std::fill(predicted.begin(), predicted.end(), 0.f);
           slices_.runs(first, last, [&](std::int64_t begin, std::int64_t end, int group) {
             for (std::size_t t = 0; t < kept.size(); ++t) {
@@ -195,18 +195,18 @@ void IntensityFit::choose(const Report& report) {
                 predicted[v - first] += w * in[v];
             }
           });
-          const float* truth = course_[withheld[i]].data() + first;
+          const float* truth = course_[heldOut[i]].data() + first;
           double sum = 0;
           for (std::size_t v = 0; v < predicted.size(); ++v) {
             const float e = (predicted[v] - truth[v]) * (predicted[v] - truth[v]);
             errors[s][first + v] += e;
             sum += static_cast<double>(e);
           }
-          parts[first / kPerTask * withheld.size() + i] = sum;
+          parts[first / kPerTask * heldOut.size() + i] = sum;
         }
       });
       for (std::size_t part = 0; part < parts.size(); ++part)
-        frameErrors_[s][withheld[part % withheld.size()]] += parts[part] / static_cast<double>(n);
+        frameErrors_[s][heldOut[part % heldOut.size()]] += parts[part] / static_cast<double>(n);
       report((static_cast<double>(fold) + static_cast<double>(s + 1) / kSmoothings.size()) /
              static_cast<double>(folds.size()));
     }

@@ -12,7 +12,7 @@ namespace innergs {
 struct IntensityPlan {
   double voxelsPerGaussian = 1;    // of the frames' grid
   double width = 0.55;             // σ in distances between Gaussians
-  double framesPerCoefficient = 3; // of the splines in time, unless withheld frames show faster changes
+  double framesPerCoefficient = 3; // of the splines in time, unless held-out frames show faster changes
   int mostCoefficients = 64;       // likewise
   int coefficients = 0;            // fixed number of them; 0: chosen by the frames
   double neighbourhood = 1;        // voxels, σ: neighbourhood that shares the choice of smoothing in time
@@ -23,7 +23,7 @@ struct IntensityPlan {
 
 /// A fit of a series without motion: keeps every voxel's mean over time, and Gaussians on an even grid carry
 /// the difference from it as a spline in time. Both steps are linear: the voxels' time courses are smoothed
-/// by a P-spline, with the smoothing chosen per voxel by withholding every 4th frame, and the intensities are
+/// by a P-spline, with the smoothing chosen per voxel by holding out every 4th frame, and the intensities are
 /// those whose field is closest to each coefficient's map (conjugate gradients). Slices count at the times at
 /// which they were acquired.
 /// Bit-identical for any number of threads. Throws Error(Cancelled) if the pool is stopped.
@@ -36,7 +36,7 @@ public:
 
   /// Chooses the coefficients of the splines, where the plan leaves them open, and the smoothing in time.
   void choose(const Report& report);
-  /// How well the smoothed courses of the other frames predict a frame that is withheld with every 4th one:
+  /// How well the smoothed courses of the other frames predict a frame that is held out with every 4th one:
   /// mean squared error, normalised intensity². Not for the first and the last frame.
   double predictionError(std::int64_t frame) const;
   /// Solves for the Gaussians and their intensities.

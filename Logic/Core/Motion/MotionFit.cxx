@@ -113,8 +113,8 @@ double MotionFit::predictionError(int coefficients) {
   double sum = 0;
   std::int64_t judged = 0;
   for (const FrameFold& fold : frameFolds(series_.times)) {
-    const std::vector<double> rows = splinePrediction(spline, fold.keptTimes, fold.withheldTimes, 0);
-    for (std::size_t i = 0; i < fold.withheld.size(); ++i, ++judged) {
+    const std::vector<double> rows = splinePrediction(spline, fold.keptTimes, fold.heldOutTimes, 0);
+    for (std::size_t i = 0; i < fold.heldOut.size(); ++i, ++judged) {
       pool_.throwIfStopped();
       std::fill(nodes.begin(), nodes.end(), 0.f);
       for (std::size_t t = 0; t < fold.kept.size(); ++t) {
@@ -122,7 +122,7 @@ double MotionFit::predictionError(int coefficients) {
         for (std::size_t v = 0; v < nodes.size(); ++v)
           nodes[v] += w * tracked_[fold.kept[t]].nodes[v];
       }
-      sum += errorOf(nodes, fold.withheld[i]);
+      sum += errorOf(nodes, fold.heldOut[i]);
     }
   }
   return sum / static_cast<double>(std::max<std::int64_t>(1, judged));

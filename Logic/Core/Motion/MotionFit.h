@@ -55,7 +55,7 @@ public:
   /// The mean squared error with which splines of this many coefficients, through the poses of the other
   /// frames, predict every 4th frame, from each of four offsets in turn.
   double predictionError(int coefficients);
-  /// The number of coefficients that predicts best; a few where there are too few frames to withhold any.
+  /// The number of coefficients that predicts best; a few where there are too few frames to hold out any.
   int chooseCoefficients();
   /// The same for one frame, from the poses of its two neighbours, interpolated linearly, or (cubic) of up to
   /// two on either side.

@@ -197,8 +197,8 @@ Guesses guessesBy(const Weights& weights, const Lines& low) {
   return guess;
 }
 
-/// The candidates' errors on slices withheld from their neighbours, alternating between even and odd ones.
-Errors withheldErrors(const Lines& slices, const SliceView& view, double blur) {
+/// The candidates' errors on slices held out from their neighbours, alternating between even and odd ones.
+Errors heldOutErrors(const Lines& slices, const SliceView& view, double blur) {
   // Here the kriging must predict the slices themselves, not the signal that they see.
   const double profileVariance = view.profile == SliceProfile::Point ? 0
                                  : view.profile == SliceProfile::Box
@@ -314,7 +314,7 @@ struct Simulation {
   double blur = 0; // mm
   std::vector<Degraded> images;
   Errors plain, projected; // against the images; with back-projection
-  Errors withheld;         // from withheldErrors() on their slices
+  Errors heldOut;          // from heldOutErrors() on their slices
   double slopeSum = 0;     // over the axes that show one
   int slopes = 0;
 
@@ -359,12 +359,12 @@ void addErrors(const Degraded& d, const Weights& weights, Errors& plain, Errors&
 
 /// Measures all candidates again. krigingBlur: in slice distances.
 void simulate(Simulation& s, double krigingBlur) {
-  s.plain = s.projected = s.withheld = {};
+  s.plain = s.projected = s.heldOut = {};
   s.slopeSum = 0;
   s.slopes = 0;
   for (const Degraded& d : s.images) {
     addErrors(d, weightsFrom(d.low.length, d.at, d.view, krigingBlur), s.plain, s.projected);
-    s.withheld.add(withheldErrors(d.low, d.view, krigingBlur));
+    s.heldOut.add(heldOutErrors(d.low, d.view, krigingBlur));
     const double slope = slopeShare(d.low);
     s.slopeSum += slope;
     s.slopes += slope > 0;
@@ -372,9 +372,9 @@ void simulate(Simulation& s, double krigingBlur) {
 }
 
 /// How far a simulation is from what the scan shows.
-double misfit(const Simulation& s, const Errors& withheld, double slope) {
+double misfit(const Simulation& s, const Errors& heldOut, double slope) {
   double sum = 0;
-  const Covariance<kCandidates> a = s.withheld.mean(), b = withheld.mean();
+  const Covariance<kCandidates> a = s.heldOut.mean(), b = heldOut.mean();
   for (int c = 1; c < kClassical; ++c)
     if (a[0][0] > 0 && b[0][0] > 0 && a[c][c] > 0 && b[c][c] > 0)
       sum += std::abs(std::log(a[c][c] / a[0][0]) - std::log(b[c][c] / b[0][0]));
@@ -384,11 +384,11 @@ double misfit(const Simulation& s, const Errors& withheld, double slope) {
   return sum;
 }
 
-/// The covariance on withheld slices, converted by the simulation from twice the slice distance to the
+/// The covariance on held-out slices, converted by the simulation from twice the slice distance to the
 /// distance itself.
-Covariance<kCandidates> calibrated(const Covariance<kCandidates>& withheld,
+Covariance<kCandidates> calibrated(const Covariance<kCandidates>& heldOut,
                                    const Covariance<kCandidates>& near, const Covariance<kCandidates>& far) {
-  Covariance<kCandidates> result = withheld;
+  Covariance<kCandidates> result = heldOut;
   for (int a = 0; a < kCandidates; ++a)
     for (int b = 0; b < kCandidates; ++b)
       result[a][b] *= std::sqrt(near[a][a] / far[a][a] * near[b][b] / far[b][b]);
@@ -489,7 +489,7 @@ double bestKrigingBlur(std::span<const Simulation> simulations, ThreadPool& pool
       worst[blur] = std::max(worst[blur], best.mean()[k][k] / least);
     }
   }
-  // Takes the largest of equally good blurs: scans are smoother than slices withheld from each other suggest.
+  // Takes the largest of equally good blurs: scans are smoother than slices held out from each other suggest.
   const double enough = kAsGood * *std::min_element(worst.begin(), worst.end());
   std::size_t chosen = worst.size() - 1;
   while (worst[chosen] > enough)
@@ -510,12 +510,12 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
   const Lines across = linesAcross(stack, complete, inside);
   const SliceView view{stack.profile, effectiveThickness(stack) / g.spacing[2]};
   const Lines within[2] = {linesWithin(stack, complete, inside, 0), linesWithin(stack, complete, inside, 1)};
-  Errors withheld;
+  Errors heldOut;
   double slope = 0;
   std::vector<Simulation> simulations(std::size(kBlurs));
   pool.run(static_cast<std::int64_t>(simulations.size()) + 1, [&](std::int64_t n) {
     if (n == 0) {
-      withheld = withheldErrors(across, view, 0);
+      heldOut = heldOutErrors(across, view, 0);
       slope = slopeShare(across);
     } else {
       Simulation& s = simulations[n - 1];
@@ -523,18 +523,18 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
       simulate(s, 0);
     }
   });
-  const bool shown = withheld.samples >= kFewest;
+  const bool shown = heldOut.samples >= kFewest;
   std::erase_if(simulations, [](const Simulation& s) { return s.plain.samples < kFewest; });
   if (simulations.empty()) {
     if (shown) {
-      choice.share = convexShares<kCandidates>(std::vector{withheld.mean()});
-      choice.withheldError = rootsOf(withheld.mean());
+      choice.share = convexShares<kCandidates>(std::vector{heldOut.mean()});
+      choice.heldOutError = rootsOf(heldOut.mean());
     }
     return choice;
   }
   if (shown) {
     std::stable_sort(simulations.begin(), simulations.end(), [&](const Simulation& a, const Simulation& b) {
-      return misfit(a, withheld, slope) < misfit(b, withheld, slope);
+      return misfit(a, heldOut, slope) < misfit(b, heldOut, slope);
     });
     simulations.resize(std::min<std::size_t>(simulations.size(), kPlausible));
   } else {
@@ -545,11 +545,11 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
   if (krigingBlur > 0)
     pool.run(static_cast<std::int64_t>(simulations.size()) + 1, [&](std::int64_t n) {
       if (n == 0)
-        withheld = withheldErrors(across, view, krigingBlur);
+        heldOut = heldOutErrors(across, view, krigingBlur);
       else
         simulate(simulations[n - 1], krigingBlur);
     });
-  if (shown) choice.withheldError = rootsOf(withheld.mean());
+  if (shown) choice.heldOutError = rootsOf(heldOut.mean());
   const Simulation& nearest = simulations.front();
   choice.judged = true;
   choice.blur = nearest.blur / std::min(g.spacing[0], g.spacing[1]);
@@ -558,14 +558,14 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
   for (const Simulation& s : simulations) {
     const Covariance<kCandidates> near = s.best().mean();
     cases.push_back(near);
-    if (shown && s.withheld.samples >= kFewest)
-      cases.push_back(calibrated(withheld.mean(), near, s.withheld.mean()));
+    if (shown && s.heldOut.samples >= kFewest)
+      cases.push_back(calibrated(heldOut.mean(), near, s.heldOut.mean()));
   }
   choice.share = convexShares<kCandidates>(cases);
   const Covariance<kCandidates> pairs = nearest.best().mean();
   choice.pairError = rootsOf(pairs);
   choice.error = std::sqrt(std::max(0.0, meanSquare(pairs, choice.share)));
-  const Covariance<kCandidates> far = nearest.withheld.mean();
+  const Covariance<kCandidates> far = nearest.heldOut.mean();
   if (far[0][0] > 0 && meanSquare(far, choice.share) > 0) {
     choice.linearFall = std::sqrt(pairs[0][0] / far[0][0]);
     choice.fall = std::sqrt(meanSquare(pairs, choice.share) / meanSquare(far, choice.share));

@@ -3,7 +3,7 @@
 
 namespace innergs {
 
-/// The weights of the interpolations for one scan, derived from the scan itself: from its slices withheld
+/// The weights of the interpolations for one scan, derived from the scan itself: from its slices held out
 /// from each other, and from its in-plane images, blurred and degraded like its slices.
 struct CandidateChoice {
   std::array<double, kCandidates> share{0, 1, 0, 0}; // convex
@@ -16,12 +16,12 @@ struct CandidateChoice {
   /// Error at the slice distance relative to that at twice the distance, of linear interpolation and of the
   /// mixture, on the simulated pairs; 0: not judged.
   double linearFall = 0, fall = 0;
-  std::array<double, kCandidates> withheldError{}; // RMS on slices withheld from each other, at twice the
-                                                   // distance; 0: too few slices
-  std::vector<std::uint8_t> inside;                // 1 for the scan's voxels that were judged by
+  std::array<double, kCandidates> heldOutError{}; // RMS on slices held out from each other, at twice the
+                                                  // distance; 0: too few slices
+  std::vector<std::uint8_t> inside;               // 1 for the scan's voxels that were judged by
 };
 
-/// complete: see completeSlices(). Uses withheld and non-finite voxels only through it. Throws
+/// complete: see completeSlices(). Uses held-out and non-finite voxels only through it. Throws
 /// Error(Cancelled).
 CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> complete, ThreadPool& pool);
 

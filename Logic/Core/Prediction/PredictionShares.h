@@ -5,7 +5,7 @@
 namespace innergs {
 
 /// The shares (convex) of interpolation, of a field fitted to the slices and of what was learned from them.
-/// errors: covariance when every second slice is withheld, i.e. at twice the slice distance. exists: which of
+/// errors: covariance when every second slice is held out, i.e. at twice the slice distance. exists: which of
 /// the three exist. rise: factors by which their errors grow relative to interpolation's at the distance
 /// itself.
 std::array<double, 3> predictionShares(Covariance<3> errors, const std::array<bool, 3>& exists,

@@ -16,7 +16,7 @@ struct ProfileEstimate {
 };
 
 /// Compares the structure along and across the slices inside the body, with noise subtracted. Ignores
-/// withheld and non-finite voxels. Throws Error(Cancelled) if the pool is stopped.
+/// held-out and non-finite voxels. Throws Error(Cancelled) if the pool is stopped.
 ProfileEstimate estimateProfile(const Stack& stack, ThreadPool& pool);
 
 } // namespace innergs

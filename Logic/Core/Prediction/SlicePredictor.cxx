@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kLeastRatio = 1.2, kMostRatio = 12; // slice spacing over in-plane spacing
 constexpr std::int64_t kFewestToLearn = 5, kFewestPixelsToLearn = 24;
-constexpr std::int64_t kFewestKept = 4; // slices, where every second one is withheld
+constexpr std::int64_t kFewestKept = 4; // slices, where every second one is held out
 constexpr int kMostPhases = 24;
 constexpr double kMatched = 0.05;  // progress before the learning
 constexpr double kMostRounds = 40; // passes over a small scan
@@ -387,7 +387,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
     return nothing(
         formatted("they lie %.3g pixels apart, and more than %.0f are too many.", ofScan, kMostRatio));
   if (options.everySecond && g.size[2] < kFewestKept)
-    return nothing("they are too few for every second one to be withheld.");
+    return nothing("they are too few for every second one to be held out.");
   if (!options.everySecond && g.size[2] < kFewestToLearn)
     return nothing(formatted("%d slices are too few.", static_cast<int>(g.size[2])));
   if (std::min(g.size[0], g.size[1]) < std::max<std::int64_t>(kFewestPixelsToLearn, std::llround(5 * ratio)))

@@ -86,7 +86,7 @@ PredictionOperations predictionOperations(const GridGeometry& stack, const Predi
 
 /// Learns what lies between the slices from the stack's own in-plane detail, degraded along one in-plane axis
 /// by the slices' profile and spacing, and applies it in both planes that contain the slice normal.
-/// Ignores withheld (Stack::observed) and non-finite voxels. Trusts Stack::thickness and profile; ignores
+/// Ignores held-out (Stack::observed) and non-finite voxels. Trusts Stack::thickness and profile; ignores
 /// poses and times. Bit-identical for any number of threads of the pool.
 /// Learns nothing, and says why, for k < 1.2 or k > 12 (24 with everySecond), too few slices or pixels,
 /// constant images and label images. Throws Error(Cancelled) if the pool is stopped, what checkStack throws,

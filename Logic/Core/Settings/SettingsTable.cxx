@@ -117,7 +117,7 @@ const std::vector<Setting>& settingsTable() {
           {.words = {{"auto", tr("automatic"), tr("The same as learned.")},
                      {"none", tr("nothing"), tr("The Gaussians bridge the gaps.")},
                      {"interpolation", tr("interpolation"),
-                      tr("A mixture of classical interpolations, chosen by slices withheld from the scan.")},
+                      tr("A mixture of classical interpolations, chosen by slices held out from the scan.")},
                      {"learned", tr("learned"),
                       tr("Learned from the scan's own in-plane detail; interpolation where that is no "
                          "better.")}}}),
@@ -215,12 +215,12 @@ const std::vector<Setting>& settingsTable() {
               {.words = {{"motion", tr("The tissue moves")},
                          {"intensity", tr("It stays and changes its intensity (fMRI)")},
                          {"network", tr("It moves, by a deformation network (slower)")}},
-               .automatic = tr("motion or intensity, which predicts withheld frames better")}),
+               .automatic = tr("motion or intensity, which predicts held-out frames better")}),
       Setting("knots", MEMBER(knots), Moving, tr("Knots in time"),
               tr("Moving scans: how many coefficients describe what changes over the whole time."),
               {.range = between(4, 4096),
-               .automatic = tr("motion: those that predict withheld frames best; intensity: one per 3 "
-                               "frames, more where withheld frames change faster; network: one per 2 frames"),
+               .automatic = tr("motion: those that predict held-out frames best; intensity: one per 3 "
+                               "frames, more where held-out frames change faster; network: one per 2 frames"),
                .usual = 12}),
       Setting("rounds", MEMBER(rounds), Moving, tr("Rounds"),
               tr("Moving scans: passes of the joint refinement over all frames; intensities are solved for "

@@ -13,10 +13,10 @@ double quantile(std::vector<float>& numbers, double share) {
   return numbers[static_cast<std::size_t>(n)];
 }
 
-ErrorCurve::ErrorCurve(std::vector<WithheldError> seen, int bins) {
+ErrorCurve::ErrorCurve(std::vector<HeldOutError> seen, int bins) {
   if (seen.empty()) return;
   std::stable_sort(seen.begin(), seen.end(),
-                   [](const WithheldError& a, const WithheldError& b) { return a.detail < b.detail; });
+                   [](const HeldOutError& a, const HeldOutError& b) { return a.detail < b.detail; });
   const std::size_t count = std::clamp<std::size_t>(seen.size() / 50, 1, static_cast<std::size_t>(bins));
   struct Block {
     double detail, deviation;

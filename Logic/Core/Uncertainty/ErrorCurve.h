@@ -8,7 +8,7 @@ namespace innergs {
 constexpr double kNinety = 1.6448536269514722;
 
 /// An error seen where the image had this much local detail.
-struct WithheldError {
+struct HeldOutError {
   float detail, error;
 };
 
@@ -18,7 +18,7 @@ struct WithheldError {
 class ErrorCurve {
 public:
   ErrorCurve() = default;
-  explicit ErrorCurve(std::vector<WithheldError> seen, int bins = 16);
+  explicit ErrorCurve(std::vector<HeldOutError> seen, int bins = 16);
 
   bool empty() const { return detail_.empty(); }
   double at(double detail) const;

@@ -70,7 +70,7 @@ struct Cube {
   }
 };
 
-/// The square of a deviation seen at withheld slices, without that of the noise.
+/// The square of a deviation seen at held-out slices, without that of the noise.
 double withoutNoise(double seen, double noise) {
   return std::max(0.0, seen * seen - noise * noise);
 }
@@ -146,11 +146,11 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
   std::vector<float> near = sliceDistances(grid, scans, pool);
   const FitPair fitted = fit(std::move(scans), grid);
   if (fitted.second.voxels.empty()) refuse();
-  // The errors at withheld slices.
+  // The errors at held-out slices.
   const Affine3 toIndex = inverse(grid.indexToWorld());
   const Volume secondDetail = localDetail(fitted.second, radius, pool);
-  std::vector<WithheldError> seen;
-  for (const WithheldValue& value : fitted.seen) {
+  std::vector<HeldOutError> seen;
+  for (const HeldOutValue& value : fitted.seen) {
     if (std::isfinite(value.difference) && cube.scores(value.at, boxes))
       seen.push_back({sampleLinear(secondDetail, toIndex(value.at)), value.difference});
   }

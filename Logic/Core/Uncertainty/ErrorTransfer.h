@@ -8,22 +8,22 @@
 
 namespace innergs {
 
-/// A voxel of a withheld slice, and what a fit without that slice predicted.
-struct WithheldValue {
+/// A voxel of a held-out slice, and what a fit without that slice predicted.
+struct HeldOutValue {
   Vec3 at;              // LPS mm, where the fit put it
   float difference = 0; // predicted minus measured, scanner units
-  int slice = 0;        // counts the withheld slices of all stacks
+  int slice = 0;        // counts the held-out slices of all stacks
 };
 
 /// The volumes of two fits on one grid: to all slices, and without some of them.
 struct FitPair {
   Volume whole, second;
-  std::vector<WithheldValue> seen;
+  std::vector<HeldOutValue> seen;
 };
-/// Runs both fits on `stacks`, as for the real scans. An empty second volume: nothing could be withheld.
+/// Runs both fits on `stacks`, as for the real scans. An empty second volume: nothing could be held out.
 using PairFitter = std::function<FitPair(std::vector<Stack> stacks, const GridGeometry& grid)>;
 
-/// Turns errors at withheld slices into errors of the volume that was fitted to all slices: their squares,
+/// Turns errors at held-out slices into errors of the volume that was fitted to all slices: their squares,
 /// without the noise, times a slope, plus an offset (what noise does to the volume), by distance to the
 /// slices. Found by simulation, where the truth is known: the volume, turned out of its axes, is scanned as
 /// the stacks scanned the patient (grids, profiles, noise), in a cube around its detail, and fitted as
@@ -37,7 +37,7 @@ public:
   ErrorTransfer(const Volume& volume, std::span<const Stack> stacks, double noise, double radius,
                 const PairFitter& fit, ThreadPool& pool);
 
-  /// The volume's standard deviation where ErrorCurve gives `seen` for withheld slices at this local detail.
+  /// The volume's standard deviation where ErrorCurve gives `seen` for held-out slices at this local detail.
   double deviation(double seen, double detail, double distance) const;
 
   struct Line {
@@ -48,7 +48,7 @@ private:
   static constexpr int kNear = 3;
   static int distanceClass(double distance);
   double noise_;
-  ErrorCurve simulated_; // at withheld slices
+  ErrorCurve simulated_; // at held-out slices
   std::array<Line, kNear> line_;
 };
 

@@ -10,7 +10,7 @@ namespace innergs {
 std::vector<float> sliceDistances(const GridGeometry& grid, std::span<const Stack> stacks, ThreadPool& pool);
 
 /// 1 where a voxel's centre lies within the thickness of an observed slice (at least a voxel thick), 0 where
-/// nothing was measured: between slices, outside, withheld, masked.
+/// nothing was measured: between slices, outside, held out, masked.
 std::vector<std::uint8_t> measuredVoxels(const GridGeometry& grid, std::span<const Stack> stacks,
                                          ThreadPool& pool);
 

@@ -14,7 +14,7 @@
 namespace innergs {
 namespace {
 
-constexpr std::int64_t kFewestWithheld = 2000; // withheld voxels
+constexpr std::int64_t kFewestHeldOut = 2000; // held-out voxels
 
 /// mm: errors lie beside what causes them, about a quarter of a slice distance away.
 double detailRadius(std::span<const Stack> stacks) {
@@ -43,8 +43,8 @@ Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool)
   const double radius = detailRadius(input.stacks);
   const Volume seenDetail = localDetail(input.second, radius, pool);
   const Affine3 toIndex = inverse(input.second.geometry.indexToWorld());
-  std::vector<WithheldError> seen, halves[2];
-  for (const WithheldValue& value : input.seen) {
+  std::vector<HeldOutError> seen, halves[2];
+  for (const HeldOutValue& value : input.seen) {
     float detail = 0;
     if (!std::isfinite(value.difference) ||
         !sampleInside(input.second.geometry, seenDetail.voxels.data(), toIndex(value.at), detail))
@@ -52,17 +52,17 @@ Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool)
     seen.push_back({detail, value.difference});
     halves[value.slice % 2].push_back(seen.back());
   }
-  if (static_cast<std::int64_t>(seen.size()) < kFewestWithheld)
+  if (static_cast<std::int64_t>(seen.size()) < kFewestHeldOut)
     throw Error(ErrorCode::NoData,
-                "The uncertainty is unknown: the slices withheld for it show too little of the "
-                "output. Withhold more slices, or choose a larger output.");
+                "The uncertainty is unknown: the slices held out for it show too little of the "
+                "output. Hold out more slices, or choose a larger output.");
   Uncertainty result;
   result.noise = input.noise;
   std::int64_t held = 0;
   for (int half = 0; half < 2; ++half) {
     const ErrorCurve curve(halves[1 - half]);
     if (curve.empty()) continue;
-    for (const WithheldError& e : halves[half])
+    for (const HeldOutError& e : halves[half])
       held += std::abs(e.error) <= kNinety * curve.at(e.detail);
     result.samples += static_cast<std::int64_t>(halves[half].size());
   }
@@ -105,10 +105,10 @@ std::string uncertaintySentence(const Uncertainty& u) {
                           static_cast<double>(std::max<std::size_t>(1, u.measured.size()));
   const std::string known =
       std::isfinite(u.coverage)
-          ? formatted("Its 90 %% intervals held %.0f %% of %s voxels of withheld slices not used to learn "
+          ? formatted("Its 90 %% intervals held %.0f %% of %s voxels of held-out slices not used to learn "
                       "them; where slices disagree, as when the patient moved, they hold fewer. ",
                       100 * u.coverage, countText(u.samples).c_str())
-          : "How often its intervals hold is unknown: a single slice was withheld. ";
+          : "How often its intervals hold is unknown: a single slice was held out. ";
   return known + formatted("Slices measured %.0f %% of the output's voxels.", 100 * measured);
 }
 

@@ -11,22 +11,22 @@ struct Uncertainty {
       deviation; // standard deviation, scanner units: the truth lies within 1.645 of it in 90 % of the voxels
   std::vector<std::uint8_t> measured; // on the same grid: 0 where no slice measured anything
   double noise = 0;                   // of a single measured value beyond that, scanner units
-  double coverage = 0;      // share of withheld voxels inside their 90 % intervals (NaN: unknown), in
+  double coverage = 0;      // share of held-out voxels inside their 90 % intervals (NaN: unknown), in
   std::int64_t samples = 0; // that many voxels, of slices that the intervals were not learned from
 };
 
 struct UncertaintyInput {
   const Volume& result;          // fitted to all slices
-  const Volume& second;          // fitted without the withheld ones, on any grid
+  const Volume& second;          // fitted without the held-out ones, on any grid
   std::span<const Stack> stacks; // as they lie in the result
-  std::span<const WithheldValue> seen;
+  std::span<const HeldOutValue> seen;
   double noise = 0;      // standard deviation of the stacks' noise
   const PairFitter& fit; // of simulated scans, in the same way
 };
 
-/// What the second fit misses of the withheld slices tells how far it is off for a given local detail; a
+/// What the second fit misses of the held-out slices tells how far it is off for a given local detail; a
 /// simulation (ErrorTransfer) tells what that means for the voxels of the result. Where no slice is near, the
-/// deviation is that of all values. Throws Error(NoData) where too few voxels were withheld,
+/// deviation is that of all values. Throws Error(NoData) where too few voxels were held out,
 /// Error(Cancelled).
 Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool);
 

@@ -107,8 +107,8 @@ TEST_F(ExperimentTest, AllOfThemOnAPhantom) {
   EXPECT_EQ(filesIn("tables").size(), 8u + 6 * 2 + 9);
 
   // What readers must be told.
-  for (const char* words : {"32.47", "145x174x145", "not for 400", "withheld slices (P)",
-                            "withheld slices (H)", "Nothing is held out", "not held out"})
+  for (const char* words : {"32.47", "145x174x145", "not for 400", "held-out slices (P)",
+                            "held-out slices (H)", "Nothing is held out", "not held out"})
     EXPECT_NE(outcome.out.find(words), std::string::npos) << words;
 }
 
@@ -152,7 +152,7 @@ TEST_F(ExperimentTest, CoversEveryBlendingAndPlane) {
       EXPECT_GT(leadingNumber((*row)[3]).value(), 5) << method << " " << plane;
       const double ssim = leadingNumber((*row)[5]).value();
       EXPECT_GT(ssim, 0.2) << method << " " << plane;
-      EXPECT_LT(ssim, 1) << method << " " << plane; // withheld, so no method knows it exactly
+      EXPECT_LT(ssim, 1) << method << " " << plane; // held out, so no method knows it exactly
     }
 }
 

@@ -410,7 +410,7 @@ TEST_F(ReconstructTest, HeldOutQualityIsThatOfASecondFitAndTheFullOneIsDelivered
   EXPECT_GT(quality.at("held_out_psnr_db").get<double>(), 10);
   EXPECT_NE(quality.at("statement")
                 .get<std::string>()
-                .find("dB on 4 withheld slices, from a second fit that did not see them"),
+                .find("dB on 4 held-out slices, from a second fit that did not see them"),
             std::string::npos);
   EXPECT_GT(report.at("seconds").at("judging").get<double>(), 0);
   EXPECT_GT(report.at("seconds").at("phases").at("Judging the quality (second fit)").get<double>(), 0);

@@ -56,7 +56,7 @@ inline ReconstructionResult reconstruct(const ReconstructionInput& input, const 
   return ReconstructionJob(input, settings).run();
 }
 
-/// dB of a fit with these slices of the first stack withheld by hand, on them and inside the mask.
+/// dB of a fit with these slices of the first stack held out by hand, on them and inside the mask.
 inline double psnrOfAFitWithout(ReconstructionInput input, const std::vector<std::int64_t>& slices,
                                 const Settings& settings) {
   input.heldOutFraction = 0;
@@ -64,7 +64,7 @@ inline double psnrOfAFitWithout(ReconstructionInput input, const std::vector<std
   const std::vector<std::uint8_t> inside = !input.masks.empty()
                                                ? resampleMask(input.masks.front(), stack.image.geometry)
                                                : std::vector<std::uint8_t>(stack.image.voxels.size(), 1);
-  withhold(stack, slices);
+  holdOut(stack, slices);
   const auto result = reconstruct(input, settings);
   const GaussianField& field = result.model->field;
   RenderOptions options;

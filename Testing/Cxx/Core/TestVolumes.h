@@ -74,7 +74,7 @@ inline Stack pointStack(Volume image) {
 }
 
 /// Marks slices as not observed, and all others as observed.
-inline void withhold(Stack& stack, const std::vector<std::int64_t>& slices) {
+inline void holdOut(Stack& stack, const std::vector<std::int64_t>& slices) {
   const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
   stack.observed.assign(stack.image.voxels.size(), 1);
   for (const std::int64_t k : slices)

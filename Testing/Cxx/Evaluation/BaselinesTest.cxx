@@ -129,7 +129,7 @@ TEST(Baselines, UnobservedAndNonFiniteVoxelsTakeNoPart) {
   Stack stack = stackOf(volumeOf(image, [](auto, auto, auto) { return 50; }));
   stack.observed.assign(512, 1);
   for (std::size_t p = 0; p < 64; ++p) {
-    stack.image.voxels[64 * 3 + p] = 1e9f; // a whole slice, withheld
+    stack.image.voxels[64 * 3 + p] = 1e9f; // a whole slice, held out
     stack.observed[64 * 3 + p] = 0;
   }
   stack.image.voxels[64 * 6 + 9] = std::numeric_limits<float>::quiet_NaN();

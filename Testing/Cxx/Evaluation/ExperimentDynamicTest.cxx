@@ -28,7 +28,7 @@ DynamicExperiment small() {
 
 } // namespace
 
-TEST(ExperimentDynamic, GaussiansAreJudgedOnWithheldFramesBesideEveryBaseline) {
+TEST(ExperimentDynamic, GaussiansAreJudgedOnHeldOutFramesBesideEveryBaseline) {
   const DynamicExperimentResult result = runDynamic(small());
   const auto psnr = [&](const std::string& method) {
     for (const auto& row : result.methods.rows)
@@ -45,10 +45,10 @@ TEST(ExperimentDynamic, GaussiansAreJudgedOnWithheldFramesBesideEveryBaseline) {
   EXPECT_EQ(result.frames.rows.size(), 2u * 10); // frames 8 and 16, ten methods
   for (const auto* table : {&result.methods, &result.frames})
     for (const auto& row : table->rows)
-      EXPECT_NE(row.back().find("withheld"), std::string::npos);
+      EXPECT_NE(row.back().find("held out"), std::string::npos);
 }
 
-TEST(ExperimentDynamic, RefusesWhatItCannotWithhold) {
+TEST(ExperimentDynamic, RefusesWhatItCannotHoldOut) {
   DynamicExperiment experiment = small();
   experiment.series = framesOf(experiment.series, {0, 1, 2, 3});
   EXPECT_THROW(runDynamic(experiment), Error);

@@ -50,18 +50,18 @@ TEST(Protocols, SliceAxesFollowTheAnatomy) {
   }
 }
 
-TEST(HeldOutProtocol, WithheldVoxelsNeverReachTheInput) {
+TEST(HeldOutProtocol, HeldOutVoxelsNeverReachTheInput) {
   const Volume truth = randomVolume(grid(12, 14, 18), 0, 100);
   for (int k = 2; k <= 6; ++k) {
     HeldOutCase c;
     c.factor = k;
     const EvaluationInput input = heldOutInput(truth, c);
     Volume wild = truth;
-    std::vector<std::uint8_t> withheld(static_cast<std::size_t>(truth.geometry.size[2]), 0);
+    std::vector<std::uint8_t> heldOut(static_cast<std::size_t>(truth.geometry.size[2]), 0);
     for (std::int64_t slice : input.testSlices)
-      withheld[slice] = 1;
+      heldOut[slice] = 1;
     for (std::size_t p = 0; p < wild.voxels.size(); ++p)
-      if (withheld[p / (12 * 14)]) wild.voxels[p] = 1e6f * float(p % 13) - 4e6f;
+      if (heldOut[p / (12 * 14)]) wild.voxels[p] = 1e6f * float(p % 13) - 4e6f;
     const EvaluationInput other = heldOutInput(wild, c);
     ASSERT_EQ(input.stacks.size(), 1u);
     EXPECT_EQ(input.stacks[0].image.voxels, other.stacks[0].image.voxels);

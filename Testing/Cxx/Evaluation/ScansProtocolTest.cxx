@@ -23,11 +23,11 @@ EvaluationOptions quick() {
   EvaluationOptions options;
   options.settings.preset = Preset::Fast;
   options.settings.device = "cpu";
-  options.withheldFraction = 0.2;
+  options.heldOutFraction = 0.2;
   return options;
 }
 
-TEST(ScansProtocol, PredictsWithheldSlicesBetterThanTheAverage) {
+TEST(ScansProtocol, PredictsHeldOutSlicesBetterThanTheAverage) {
   const std::vector<Stack> scans = movingScans(48);
   const EvaluationReport report = evaluateScans(scans, {}, quick());
   ASSERT_EQ(report.methods.size(), 3u);
@@ -42,7 +42,7 @@ TEST(ScansProtocol, PredictsWithheldSlicesBetterThanTheAverage) {
   EXPECT_NE(jsonReport(reports).find("\"ncc\""), std::string::npos);
 }
 
-TEST(ScansProtocol, ScoresWithheldSlicesInsideTheMask) {
+TEST(ScansProtocol, ScoresHeldOutSlicesInsideTheMask) {
   const std::vector<Stack> scans = movingScans(40);
   const GridGeometry& g = scans[0].image.geometry;
   Mask lower{g, std::vector<std::uint8_t>(scans[0].image.voxels.size(), 1)};
@@ -52,7 +52,7 @@ TEST(ScansProtocol, ScoresWithheldSlicesInsideTheMask) {
   EvaluationOptions options = quick();
   options.settings.iterations = 4;
   const EvaluationReport report = evaluateScans(scans, {lower}, options);
-  std::int64_t inside = 0; // of all scans' withheld slices, every fifth from the third on
+  std::int64_t inside = 0; // of all scans' held-out slices, every fifth from the third on
   for (const Stack& scan : scans) {
     const auto mask = resampleMask(lower, scan.image.geometry);
     const std::int64_t slice = scan.image.geometry.size[0] * scan.image.geometry.size[1];
@@ -66,7 +66,7 @@ TEST(ScansProtocol, ScoresWithheldSlicesInsideTheMask) {
 TEST(ScansProtocol, RefusesWhatCannotBe) {
   std::vector<Stack> scans = movingScans(24);
   EvaluationOptions most = quick();
-  most.withheldFraction = 0.5;
+  most.heldOutFraction = 0.5;
   EXPECT_EQ(test::codeOf([&] { evaluateScans(scans, {}, most); }), ErrorCode::InvalidArgument);
   scans.resize(1);
   EXPECT_EQ(test::codeOf([&] { evaluateScans(scans, {}, quick()); }), ErrorCode::InvalidArgument);

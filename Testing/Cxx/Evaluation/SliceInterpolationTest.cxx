@@ -54,10 +54,10 @@ TEST(SliceInterpolation, BeyondTheEndsTheLastSliceStays) {
   }
 }
 
-TEST(SliceInterpolation, NeverLooksAtWithheldSlices) {
+TEST(SliceInterpolation, NeverLooksAtHeldOutSlices) {
   const Volume truth = randomVolume(grid(10, 11, 12), 0, 100);
   for (int axis = 0; axis < 3; ++axis) {
-    const std::vector<std::int64_t> withheld{0, 4, 5};
+    const std::vector<std::int64_t> heldOut{0, 4, 5};
     Volume other = truth;
     const std::int64_t stride[3] = {1, 10, 110};
     for (std::size_t p = 0; p < other.voxels.size(); ++p) {
@@ -65,8 +65,8 @@ TEST(SliceInterpolation, NeverLooksAtWithheldSlices) {
       if (slice == 0 || slice == 4 || slice == 5) other.voxels[p] = -1e6f;
     }
     for (const auto kind : {Interpolation::Linear, Interpolation::Cubic, Interpolation::Lanczos}) {
-      const Volume result = interpolateSlices(other, axis, withheld, kind);
-      EXPECT_EQ(result.voxels, interpolateSlices(truth, axis, withheld, kind).voxels);
+      const Volume result = interpolateSlices(other, axis, heldOut, kind);
+      EXPECT_EQ(result.voxels, interpolateSlices(truth, axis, heldOut, kind).voxels);
       for (std::size_t p = 0; p < result.voxels.size(); ++p)
         ASSERT_GT(result.voxels[p], -200);
     }

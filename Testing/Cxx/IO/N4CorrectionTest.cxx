@@ -120,7 +120,7 @@ TEST(N4Correction, TakesPartInAReconstruction) {
   const ReconstructionResult result = ReconstructionJob(input, settings).run();
   ASSERT_FALSE(result.warnings.empty());
   EXPECT_NE(result.warnings.front().find("N4"), std::string::npos) << result.warnings.front();
-  // Withheld slices are judged as N4 has them: with its shading left in, they would differ by more.
+  // Held-out slices are judged as N4 has them: with its shading left in, they would differ by more.
   EXPECT_GT(result.heldOutPsnr, 17);
   double inside = 0, count = 0, off = 0;
   for (std::size_t v = 0; v < s.truth.size(); ++v)

@@ -198,7 +198,7 @@ TEST(ReconstructFilter, MasksEachInputByItsOwn) {
       << filter->GetErrorMessage();
 }
 
-TEST(ReconstructFilter, MasksAndWithholds) {
+TEST(ReconstructFilter, MasksAndHoldsOutSlices) {
   ReconstructionInput input = posedInput({"Straight", 0, false}, false); // exact: no rounding to follow
   const GridGeometry& g = input.stacks[0].image.geometry;
   input.masks = {Mask{withSpacing(g, {1.7, 1.7, 1.7}), {}}};
@@ -225,7 +225,7 @@ TEST(ReconstructFilter, MasksAndWithholds) {
   filter->Update();
   expectSame(filter, reconstruct(input, quickSettings()));
   EXPECT_EQ(filter->GetOutputModel()->GetCoreModel()->settingsKey, expected.model->settingsKey)
-      << "of all slices, whatever was withheld to judge it";
+      << "of all slices, whatever was held out to judge it";
   EXPECT_TRUE(std::isnan(filter->GetHeldOutPSNR()));
   EXPECT_EQ(filter->GetQualityState(), vtkInnerGSReconstruct::QualityNotAsked);
 }

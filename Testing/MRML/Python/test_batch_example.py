@@ -42,7 +42,7 @@ class BatchExampleTest(unittest.TestCase):
             done = self.run_batch(self.source, self.target, inside_slicer)
             self.assertEqual(done.returncode, 1, done.stderr)
             self.assertEqual(len([line for line in done.stderr.splitlines() if line.startswith("broken.nii: ")]), 1, done.stderr)
-            self.assertEqual(done.stdout.count(" dB on withheld slices\n"), 3, done.stdout)
+            self.assertEqual(done.stdout.count(" dB on held-out slices\n"), 3, done.stdout)
             names = sorted(path.name for path in self.target.iterdir())
             self.assertEqual(names, ["a.1.innergs", "a.1.nii.gz", "a.2.innergs", "a.2.nii.gz", "b.innergs", "b.nii.gz",
                                      "report.csv"])

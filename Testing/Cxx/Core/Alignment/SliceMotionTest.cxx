@@ -399,7 +399,7 @@ TEST(SliceMotion, NeverLooksAtUnobservedVoxels) {
   ThreadPool pool(2);
   std::vector<Stack> stacks = withoutPoses(movingScans(2, 1));
   const std::int64_t plane = kWidth * kWidth;
-  testing::withhold(stacks[0], {5});
+  testing::holdOut(stacks[0], {5});
   const SliceMotion before = findSliceMotion(stacks, {.always = true}, pool);
   for (std::int64_t v = 5 * plane; v < 6 * plane; ++v)
     stacks[0].image.voxels[v] = v % 2 ? 1e6f : std::nanf("");

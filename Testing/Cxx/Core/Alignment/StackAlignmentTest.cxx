@@ -144,7 +144,7 @@ TEST(StackAlignment, NeverLooksAtUnobservedVoxels) {
   displace(stacks[1], turned(0, {1, 0, 0}, {}));
   Stack& stack = stacks[1];
   const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
-  testing::withhold(stack, {7});
+  testing::holdOut(stack, {7});
   const auto before = alignStacks(stacks, pool);
   for (std::int64_t v = 7 * plane; v < 8 * plane; ++v)
     stack.image.voxels[v] = v % 2 ? 1e6f : std::nanf("");

@@ -340,7 +340,7 @@ TEST(ReachedShare, IsTheShareOfTheStartThatMattersToTheMask) {
   EXPECT_EQ(share().gaussians, 1);
   stack.observed.assign(64000, 1);
   for (std::size_t v = 0; v < 64000; ++v)
-    stack.observed[v] = v / 1600 != 20; // a withheld slice makes no difference
+    stack.observed[v] = v / 1600 != 20; // a held-out slice makes no difference
   EXPECT_EQ(share().gaussians, 1);
   for (std::size_t v = 0; v < 64000; ++v) // around the cube's faces, which have all the structure
     stack.observed[v] =

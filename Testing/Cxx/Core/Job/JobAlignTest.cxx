@@ -102,7 +102,7 @@ TEST(JobAlign, SaysThatANearlyBlankScanCannotBeCompared) {
       << result.warnings[0];
 }
 
-TEST(JobAlign, SeesNoWithheldSlice) {
+TEST(JobAlign, SeesNoHeldOutSlice) {
   const Volume truth = testing::spherePhantom(48, 48, 3);
   ReconstructionInput input = twoScans(truth, 1.5, 1);
   input.heldOutFraction = 0.2;

@@ -87,7 +87,7 @@ TEST(JobDensity, AMaskedFitOfThickSlicesIsAsGoodInside) {
   expectAsGoodInside(input, truth, settings);
 }
 
-TEST(JobDensity, WithheldSlicesLeaveTheBudget) {
+TEST(JobDensity, HeldOutSlicesLeaveTheBudget) {
   for (ReconstructionInput input : {isotropicInput(), anisotropicInput(), orthogonalInput()}) {
     const Settings whole = reconstruct(input, defaults(2)).settings;
     input.heldOutFraction = 0.2;

@@ -33,12 +33,12 @@ TEST(HeldOut, JudgesByASecondFitAndDeliversTheFullOne) {
   EXPECT_EQ(result.heldOutSlices, 5);
   EXPECT_GT(result.judgingSeconds, 0);
   EXPECT_GE(result.seconds, result.fitSeconds + result.judgingSeconds);
-  // Not bit-identical: the second fit starts with as many Gaussians as with no slice withheld.
+  // Not bit-identical: the second fit starts with as many Gaussians as with no slice held out.
   EXPECT_NEAR(result.heldOutPsnr, psnrOfAFitWithout(input, {2, 6, 10, 14, 18}, settings), 0.5);
   EXPECT_LT(result.heldOutPsnr, full.trainingPsnr);
 }
 
-TEST(HeldOut, NothingOfTheWithheldSlicesReachesTheSecondFit) {
+TEST(HeldOut, NothingOfTheHeldOutSlicesReachesTheSecondFit) {
   const Settings settings = quickSettings(12);
   const auto squaredError = [&](float added) { // of a rendering, which must not depend on what is added
     ReconstructionInput input = heldOutInput();
@@ -137,7 +137,7 @@ TEST(HeldOut, SaysWhyTheQualityIsUnknown) {
   for (std::size_t v = 0; v < stack.image.voxels.size(); ++v)
     stack.image.voxels[v] = static_cast<float>(v % 24);
   two.heldOutFraction = 0.5;
-  ReconstructionInput masked = heldOutInput(); // no withheld slice lies inside
+  ReconstructionInput masked = heldOutInput(); // no held-out slice lies inside
   masked.masks = {Mask{smallGrid(), std::vector<std::uint8_t>(24 * 22 * 20, 0)}};
   for (std::int64_t k : {8, 9})
     std::fill_n(masked.masks.front().voxels.begin() + k * 24 * 22, 24 * 22, std::uint8_t{1});
@@ -151,7 +151,7 @@ TEST(HeldOut, SaysWhyTheQualityIsUnknown) {
   }
 }
 
-TEST(HeldOut, TinySharesWithholdOneSlice) {
+TEST(HeldOut, TinySharesHoldOutOneSlice) {
   ReconstructionInput input = isotropicInput();
   for (const double share : {1e-18, 1e-300, 4.9e-324}) {
     input.heldOutFraction = share;

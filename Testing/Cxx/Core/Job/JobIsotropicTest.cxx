@@ -86,9 +86,9 @@ TEST(JobIsotropic, OnFinerVoxelsIsBetterThanLinearInterpolation) {
   EXPECT_GT(psnr(reconstruct(input, quickSettings()).volume, truth), psnr(linear, truth) + 3);
 }
 
-TEST(JobIsotropic, WithheldVoxelsTeachNothing) {
+TEST(JobIsotropic, HeldOutVoxelsTeachNothing) {
   ReconstructionInput input = scanOf(scene(kGrid));
-  withhold(input.stacks[0], {9});
+  holdOut(input.stacks[0], {9});
   ReconstructionInput other = input;
   const std::size_t plane = 32 * 30;
   std::fill_n(other.stacks[0].image.voxels.begin() + 9 * plane, plane, 100.f);

@@ -153,11 +153,11 @@ TEST(JobPrediction, IsTheSameWithAnyNumberOfThreads) {
   }
 }
 
-TEST(JobPrediction, NeverSeesWithheldOrMaskedVoxels) {
+TEST(JobPrediction, NeverSeesHeldOutOrMaskedVoxels) {
   ReconstructionInput input = gappedInput();
   Stack& stack = input.stacks.front();
   const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
-  withhold(stack, {5});
+  holdOut(stack, {5});
   for (std::int64_t v = 0; v < plane / 3; ++v)
     stack.observed[2 * plane + v] = 0;
   const auto before = reconstruct(input, quick());
@@ -258,7 +258,7 @@ TEST(JobPrediction, FallsBackInASentence) {
   ReconstructionInput six = gappedInput();
   six.stacks[0].image.geometry.size[2] = 6;
   six.stacks[0].image.voxels.resize(static_cast<std::size_t>(six.stacks[0].image.geometry.voxelCount()));
-  expect(six, "too few for every second one to be withheld");
+  expect(six, "too few for every second one to be held out");
   const Volume truth = phantom(grid(72, 72, 105, {1, 1, 1}));
   expect(inputOf({keepEvery(truth, 2, 13)}), "13 pixels apart, and more than 12 are too many");
   const Volume narrow = phantom(grid(20, 72, 45, {1, 1, 1}));

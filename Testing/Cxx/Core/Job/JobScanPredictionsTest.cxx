@@ -151,11 +151,11 @@ TEST(JobScanPredictions, StopAtOnceAndGoOnToTheSameResult) {
   }
 }
 
-TEST(JobScanPredictions, NeverSeeWithheldSlices) {
+TEST(JobScanPredictions, NeverSeeHeldOutSlices) {
   ReconstructionInput input = scansOf(waves());
   Stack& stack = input.stacks.front();
   const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
-  withhold(stack, {5});
+  holdOut(stack, {5});
   const auto before = reconstruct(input, kQuick);
   EXPECT_GT(before.predictionShare, 0);
   for (std::int64_t v = 5 * plane; v < 6 * plane; ++v)

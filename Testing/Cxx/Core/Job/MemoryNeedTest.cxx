@@ -60,9 +60,9 @@ TEST(MemoryNeed, CountsWhatTheUncertaintyKeeps) {
   const Settings settings;
   ReconstructionInput judged = outline(256), uncertain = judged;
   judged.heldOutFraction = 0.2;
-  uncertain.uncertainty = true; // withholds as many
+  uncertain.uncertainty = true; // holds out as many
   const std::int64_t voxels = 256 * 256 * 20;
   const std::int64_t more = estimateMemory(uncertain, settings) - estimateMemory(judged, settings);
-  EXPECT_GE(more, 5 * voxels) << "the scans as they lie, and what was seen of withheld slices";
+  EXPECT_GE(more, 5 * voxels) << "the scans as they lie, and what was seen of held-out slices";
   EXPECT_LT(more, 2 * estimateMemory(judged, settings));
 }

@@ -142,7 +142,7 @@ TEST_F(TimeEstimate, CountsTheSimulationOfTheUncertaintyWhichIsAsLongForAnyScan)
     ReconstructionInput judged = outline(side);
     judged.heldOutFraction = 0.2;
     ReconstructionInput uncertain = outline(side);
-    uncertain.uncertainty = true; // withholds as many
+    uncertain.uncertainty = true; // holds out as many
     return estimator.seconds(uncertain, settings) - estimator.seconds(judged, settings);
   };
   const double small = simulation(140);

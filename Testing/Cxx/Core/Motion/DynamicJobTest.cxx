@@ -73,10 +73,10 @@ class RigidMotionOf : public ::testing::TestWithParam<std::optional<DynamicKind>
 
 TEST_P(RigidMotionOf, IsRecoveredAtTimesThatItNeverSaw) {
   const TimeSeries all = movingPhantom(evenTimes(13));
-  const std::vector<std::int64_t> withheld{3, 6, 9};
+  const std::vector<std::int64_t> heldOut{3, 6, 9};
   std::vector<std::int64_t> kept;
   for (std::int64_t f = 0; f < all.size(); ++f)
-    if (std::find(withheld.begin(), withheld.end(), f) == withheld.end()) kept.push_back(f);
+    if (std::find(heldOut.begin(), heldOut.end(), f) == heldOut.end()) kept.push_back(f);
   const TimeSeries series = framesOf(all, kept);
   const DynamicResult result = runOn(series, GetParam());
   ASSERT_TRUE(result.field);
@@ -84,7 +84,7 @@ TEST_P(RigidMotionOf, IsRecoveredAtTimesThatItNeverSaw) {
   EXPECT_EQ(field.kind, GetParam().value_or(DynamicKind::Motion)) << result.choice;
   EXPECT_EQ(result.choice.empty(), GetParam().has_value());
   const double reference = series.times[series.size() / 2]; // where the canonical field is fitted
-  for (const std::int64_t f : withheld) {
+  for (const std::int64_t f : heldOut) {
     const auto linear = between(all.frames[f - 1], all.frames[f + 1], 0.5);
     // 5.6 to 8.4 dB, as the instruction sets round differently.
     EXPECT_GT(psnrAt(field, all.geometry, all.times[f], all.frames[f]),

@@ -12,10 +12,10 @@ class MovingFeatures : public ::testing::TestWithParam<DynamicKind> {};
 
 TEST_P(MovingFeatures, LabelsFollowTheTissueToTimesThatWereNotSeen) {
   const TimeSeries all = movingPhantom(evenTimes(13));
-  const std::vector<std::int64_t> withheld{3, 6, 9};
+  const std::vector<std::int64_t> heldOut{3, 6, 9};
   std::vector<std::int64_t> kept;
   for (std::int64_t f = 0; f < all.size(); ++f)
-    if (std::find(withheld.begin(), withheld.end(), f) == withheld.end()) kept.push_back(f);
+    if (std::find(heldOut.begin(), heldOut.end(), f) == heldOut.end()) kept.push_back(f);
   Settings settings;
   settings.kind = GetParam();
   const DynamicResult fit = DynamicJob(framesOf(all, kept), settings).run();
@@ -26,7 +26,7 @@ TEST_P(MovingFeatures, LabelsFollowTheTissueToTimesThatWereNotSeen) {
   const FeatureModel model =
       trainFeatures(featureFieldAt(field, learned), given, {{1, "left"}, {2, "right"}});
   ASSERT_EQ(model.classes(), 3);
-  for (const std::int64_t f : withheld) {
+  for (const std::int64_t f : heldOut) {
     const double time = all.times[static_cast<std::size_t>(f)];
     const ClassImage image =
         classify(featureFieldAt(field, time), model, all.geometry, queryAt(field, time, learned));

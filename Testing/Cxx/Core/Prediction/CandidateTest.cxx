@@ -80,11 +80,11 @@ TEST(Candidates, KeepSlicesAndConstantsAndFollowLines) {
   }
 }
 
-TEST(Candidates, NeverLookAtWithheldOrBrokenVoxels) {
+TEST(Candidates, NeverLookAtHeldOutOrBrokenVoxels) {
   ThreadPool pool(2);
   Stack stack = keepEvery(balls(), 2, 3);
   const std::int64_t plane = 48 * 44;
-  withhold(stack, {5});
+  holdOut(stack, {5});
   stack.image.voxels[2 * plane + 700] = std::nanf("");
   const std::vector<float> before = completeSlices(stack, pool);
   const CandidateChoice chosen = chooseCandidates(stack, before, pool);

@@ -72,7 +72,7 @@ TEST(ProfileEstimate, SaysWhatCannotBeTold) {
   EXPECT_NE(sentence(noise).find("noisy"), std::string::npos);
 }
 
-TEST(ProfileEstimate, WithheldVoxelsChangeNothing) {
+TEST(ProfileEstimate, HeldOutVoxelsChangeNothing) {
   Stack stack = slicesOf(spherePhantom(64, 60), SliceProfile::Box, 3, 3, 1);
   stack.observed.assign(stack.image.voxels.size(), 1);
   for (std::size_t p = 0; p < 64 * 64; ++p)

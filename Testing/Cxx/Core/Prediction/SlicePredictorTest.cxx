@@ -92,7 +92,7 @@ TEST(SlicePredictor, IsBitIdenticalAtAnyNumberOfThreads) {
   }
 }
 
-TEST(SlicePredictor, NeverLooksAtWithheldVoxels) {
+TEST(SlicePredictor, NeverLooksAtHeldOutVoxels) {
   Stack stack = smallStack();
   stack.observed.assign(stack.image.voxels.size(), 1);
   const auto& n = stack.image.geometry.size;

@@ -12,10 +12,10 @@ namespace innergs {
 namespace {
 
 /// Errors whose deviation is 1 + detail.
-std::vector<WithheldError> growingErrors(std::size_t count, std::uint64_t seed, bool heavyTails) {
+std::vector<HeldOutError> growingErrors(std::size_t count, std::uint64_t seed, bool heavyTails) {
   std::vector<float> noise(count, 0.f);
   addNoise(noise, 1, seed);
-  std::vector<WithheldError> seen;
+  std::vector<HeldOutError> seen;
   for (std::size_t n = 0; n < count; ++n) {
     const auto detail = static_cast<float>(n % 100) / 10;
     const float r = heavyTails ? noise[n] * std::abs(noise[(n + 7) % count]) : noise[n];
@@ -29,7 +29,7 @@ TEST(ErrorCurve, HoldsNinetyPercentOfFreshErrors) {
     const ErrorCurve curve(growingErrors(20000, 1, heavyTails));
     for (const float detail : {1.f, 5.f, 9.f}) { // at each detail, not only on the whole
       int held = 0, count = 0;
-      for (const WithheldError& e : growingErrors(60000, 2, heavyTails)) {
+      for (const HeldOutError& e : growingErrors(60000, 2, heavyTails)) {
         if (std::abs(e.detail - detail) > 0.5f) continue;
         held += std::abs(e.error) <= kNinety * curve.at(e.detail);
         ++count;
@@ -43,7 +43,7 @@ TEST(ErrorCurve, HoldsNinetyPercentOfFreshErrors) {
 }
 
 TEST(ErrorCurve, GrowsWithTheDetail) {
-  std::vector<WithheldError> falling;
+  std::vector<HeldOutError> falling;
   for (int n = 0; n < 4000; ++n)
     falling.push_back({static_cast<float>(n), static_cast<float>(4000 - n)});
   const ErrorCurve curve(falling);
@@ -51,7 +51,7 @@ TEST(ErrorCurve, GrowsWithTheDetail) {
     EXPECT_LE(curve.at(n), curve.at(n + 100));
   EXPECT_TRUE(ErrorCurve().empty());
   EXPECT_TRUE(std::isnan(ErrorCurve().at(1)));
-  const ErrorCurve flat(std::vector<WithheldError>(500, {2, -3}));
+  const ErrorCurve flat(std::vector<HeldOutError>(500, {2, -3}));
   EXPECT_NEAR(flat.at(0), 3 / kNinety, 1e-6);
   EXPECT_NEAR(flat.at(10), 3 / kNinety, 1e-6);
 }
@@ -77,7 +77,7 @@ TEST(SliceDistance, KnowsWhereNothingWasMeasured) {
   stack.image.voxels.assign(48, 1.f);
   stack.image.voxels[16] = std::numeric_limits<float>::quiet_NaN(); // a hole in the middle slice
   stack.observed.assign(48, 1);
-  std::fill(stack.observed.begin() + 32, stack.observed.end(), std::uint8_t{0}); // the last one is withheld
+  std::fill(stack.observed.begin() + 32, stack.observed.end(), std::uint8_t{0}); // the last one is held out
   GridGeometry fine = g;
   fine.size = {4, 4, 19};
   fine.spacing = {1, 1, 1};
