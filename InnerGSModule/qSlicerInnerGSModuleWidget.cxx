@@ -161,7 +161,7 @@ void qSlicerInnerGSModuleWidgetPrivate::makePanels() {
     section(title, name, false, layout)->layout()->addWidget(panel);
   };
   addSection(tr("Find a structure"), "FindSection", find = new FindPanel(host));
-  addSection(tr("Moving scan"), "MotionSection", motion = new MotionPanel(host));
+  addSection(tr("Dynamic scan"), "MotionSection", motion = new MotionPanel(host));
   addSection(tr("Model"), "ModelSection", model = new ModelPanel(host));
   addSection(tr("Log"), "LogSection", new LogPanel(host));
   layout->addStretch(1);

@@ -17,7 +17,7 @@ class vtkMRMLScalarVolumeNode;
 class vtkMRMLSequenceBrowserNode;
 class vtkSlicerInnerGSJob;
 
-/// Sequences of the scene as the panel's moving scans. The time of a model, the volume that shows it in the
+/// Sequences of the scene as the panel's dynamic scans. The time of a model, the volume that shows it in the
 /// slice views, and the browser of its frames go together: each follows the others.
 class qSlicerInnerGSMotionHost : public innergs::ui::MotionHost {
   Q_OBJECT

@@ -249,7 +249,7 @@ void FindPanel::updateModel() {
   vtkInnerGSModel* const now = id.isEmpty() ? nullptr : host_->model(id);
   const bool same = id == modelId_ && (now ? model_ && now->HasContentOf(model_) : !model_);
   const auto sameScan = [](const SegmentedModel& a, const SegmentedModel& b) {
-    return a.moving && a.moving == b.moving && a.features == b.features;
+    return a.dynamic && a.dynamic == b.dynamic && a.features == b.features;
   };
   const bool moved =
       !same && now && model_ && id == modelId_ && sameScan(now->GetSegmented(), model_->GetSegmented());
@@ -292,7 +292,7 @@ void FindPanel::updateModel() {
 void FindPanel::updateLearning() {
   learn_->setText(learning_ ? tr("Cancel") : tr("Learn"));
   learn_->setToolTip(learning_ ? tr("Stop and leave the model unchanged")
-                     : model_ && model_->GetSegmented().moving
+                     : model_ && model_->GetSegmented().dynamic
                          ? tr("Learn the labelled structures; takes less than two minutes. The labels must "
                               "belong to the time shown now, %1 s.")
                                .arg(QLocale().toString(model_->GetSegmented().time))

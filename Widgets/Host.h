@@ -39,7 +39,7 @@ public:
     OutputModel,  // a model to write to, or new
     Model,        // a model to look at
     Labels,       // a labelmap or segmentation to learn from
-    Series        // a moving scan
+    Series        // a dynamic scan
   };
   /// Whether there can be anything to choose for a role (the app has no regions).
   virtual bool offers(Role role) const = 0;
@@ -132,7 +132,7 @@ public:
   }
   ///@}
 
-  /// Of moving scans; null where the program has none.
+  /// Of dynamic scans; null where the program has none.
   virtual MotionHost* motion() { return nullptr; }
 
   /// The folder that file dialogs open in. It is remembered.

@@ -9,7 +9,7 @@ class vtkInnerGSDynamicModel;
 
 namespace innergs::ui {
 
-/// A moving scan that can be reconstructed.
+/// A dynamic scan that can be reconstructed.
 struct SeriesInfo {
   QString name;                    // "" for an unknown ID
   int frames = 0;                  // 0: unknown before it is read
@@ -19,11 +19,11 @@ struct SeriesInfo {
   QString problem;                 // why it cannot be reconstructed, a sentence; "": it can
 };
 
-/// What a reconstruction of a moving scan is asked for.
+/// What a reconstruction of a dynamic scan is asked for.
 struct MotionRequest {
   QString seriesId;
   double interval = 0;         // s from one frame to the next; 0: as the scan says
-  Settings settings;           // only those of moving scans count
+  Settings settings;           // only those of dynamic scans count
   double rate = 0;             // frames per second of the frames to make; 0: the scan's own times
   bool evaluateQuality = true; // on frames that a second fit does not see
   QString sliceTimesFile; // of readSliceTiming(): when a frame's slices were acquired; "": as the scan says
@@ -41,7 +41,7 @@ struct MotionReport {
   double seconds = 0;
 };
 
-/// A model of a moving scan.
+/// A model of a dynamic scan.
 struct MotionInfo {
   bool known = false;
   double first = 0, last = 0, now = 0; // s
@@ -51,7 +51,7 @@ struct MotionInfo {
 /// The info of a model at `now` (s); not known for null and for an empty model.
 MotionInfo motionInfoOf(vtkInnerGSDynamicModel* model, double now);
 
-/// What the panel of moving scans needs from the program besides the Host; on the main thread only. One
+/// What the panel of dynamic scans needs from the program besides the Host; on the main thread only. One
 /// reconstruction at a time: every start() that returns true ends with exactly one of finished, failed and
 /// cancelled.
 class MotionHost : public QObject {

@@ -52,7 +52,7 @@ MotionPanel::MotionPanel(Host* host, QWidget* parent)
 
 void MotionPanel::build() {
   auto* all = layoutWithoutMargins<QVBoxLayout>(this);
-  recovery_ = named(new RecoveryLine(host_, RecoveryLine::Scans::Moving, this), "motionRecoveryLine");
+  recovery_ = named(new RecoveryLine(host_, RecoveryLine::Scans::Dynamic, this), "motionRecoveryLine");
   all->addWidget(recovery_);
   all->addWidget(buildFit());
   all->addWidget(buildView());
@@ -69,7 +69,7 @@ QWidget* MotionPanel::buildFit() {
   auto* form = layoutWithoutMargins<QFormLayout>(options_);
   series_ = named(host_->createSelector(Host::Role::Series, this), "motionSeries",
                   tr("A scan with several frames: a 4D file, or in 3D Slicer a sequence of volumes"));
-  form->addRow(tr("Moving &scan"), series_);
+  form->addRow(tr("Dynamic &scan"), series_);
   about_ = makeWrappedLabel(QStringLiteral("motionAbout"), this);
   form->addRow(QString(), about_);
   interval_ =
@@ -116,7 +116,7 @@ QWidget* MotionPanel::buildFit() {
   form->addRow(tr("De&vice"), device_);
   std::vector<const Setting*> rows;
   for (const Setting& row : settingsTable())
-    if (row.group == Setting::Group::Moving && row.name != std::string("kind")) rows.push_back(&row);
+    if (row.group == Setting::Group::Dynamic && row.name != std::string("kind")) rows.push_back(&row);
   for (const char* name : {"gaussians", "seed"})
     rows.push_back(&settingNamed(name));
   settings_ = new SettingsPanel(rows, this);
@@ -142,7 +142,7 @@ QWidget* MotionPanel::buildView() {
   auto* layout = new QVBoxLayout(box);
   auto* choice = new QFormLayout;
   model_ =
-      named(host_->createSelector(Host::Role::Model, this), "motionModel", tr("A model of a moving scan"));
+      named(host_->createSelector(Host::Role::Model, this), "motionModel", tr("A model of a dynamic scan"));
   choice->addRow(tr("M&odel"), model_);
   layout->addLayout(choice);
   aboutModel_ = makeWrappedLabel(QStringLiteral("motionAboutModel"), this);
@@ -316,7 +316,7 @@ void MotionPanel::showModel() {
     button->setEnabled(!previewing_);
   if (!info_.known) {
     play_->setChecked(false);
-    aboutModel_->setText(id.isEmpty() ? tr("No model of a moving scan yet.")
+    aboutModel_->setText(id.isEmpty() ? tr("No model of a dynamic scan yet.")
                                       : tr("This model does not move: it shows a single moment."));
     return;
   }

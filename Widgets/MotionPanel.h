@@ -23,7 +23,7 @@ class RecoveryLine;
 class SettingsPanel;
 class ValueSlider;
 
-/// Moving scans: reconstructs one into a continuous volume in space and time, and shows such a model at any
+/// Dynamic scans: reconstructs one into a continuous volume in space and time, and shows such a model at any
 /// time, by a slider or playing.
 class MotionPanel : public QWidget {
   Q_OBJECT
@@ -36,7 +36,7 @@ public:
   void setModelId(const QString& id);
 
 Q_SIGNALS:
-  /// Another model of a moving scan was chosen or made.
+  /// Another model of a dynamic scan was chosen or made.
   void modelIdChanged(const QString& id);
 
 protected:

@@ -465,7 +465,7 @@ QWidget* ReconstructionPanel::makeStart() {
   auto* row = new QHBoxLayout;
   row->addWidget(progress_->head(), 1);
   row->addWidget(button_, 0);
-  recovery_ = named(new RecoveryLine(host_, RecoveryLine::Scans::AtRest, content), "recoveryLine");
+  recovery_ = named(new RecoveryLine(host_, RecoveryLine::Scans::Static, content), "recoveryLine");
   auto* layout = new QVBoxLayout(content);
   const int gap = layout->spacing() / 2;
   layout->setContentsMargins(0, gap, 0, gap);

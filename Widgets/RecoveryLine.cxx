@@ -23,12 +23,12 @@ QString textOf(const std::filesystem::path& path) {
 } // namespace
 
 RecoveryLine::RecoveryLine(Host* host, Scans scans, QWidget* parent)
-    : QWidget(parent), host_(host), moving_(scans == Scans::Moving), message_(new MessageLine(this)),
+    : QWidget(parent), host_(host), dynamic_(scans == Scans::Dynamic), message_(new MessageLine(this)),
       accept_(new QPushButton(tr("Continue"), this)), dismiss_(new QPushButton(this)) {
-  message_->setObjectName(moving_ ? "motionRecovery" : "recovery");
-  named(accept_, moving_ ? "motionGoOn" : "goOn",
+  message_->setObjectName(dynamic_ ? "motionRecovery" : "recovery");
+  named(accept_, dynamic_ ? "motionGoOn" : "goOn",
         tr("Restores the settings of that fit; the next reconstruction of its scans continues it."));
-  dismiss_->setObjectName(moving_ ? "motionDropRecovered" : "dropRecovered");
+  dismiss_->setObjectName(dynamic_ ? "motionDropRecovered" : "dropRecovered");
   auto* buttons = new QHBoxLayout;
   buttons->addStretch(1);
   buttons->addWidget(accept_);
@@ -51,7 +51,7 @@ bool RecoveryLine::refresh() {
   const QString folder = host_->recoveryFolder();
   std::vector<RecoveredFit> fits =
       folder.isEmpty() ? std::vector<RecoveredFit>() : recoveredFits(pathOf(folder.toStdString()));
-  std::erase_if(fits, [this](const RecoveredFit& fit) { return fit.moving != moving_; });
+  std::erase_if(fits, [this](const RecoveredFit& fit) { return fit.dynamic != dynamic_; });
   const std::filesystem::path before = offered_.file;
   offered_ = fits.empty() ? RecoveredFit() : fits.front();
   if (!file_.isEmpty()) {
@@ -61,9 +61,9 @@ bool RecoveryLine::refresh() {
     const QString what =
         found == fits.end() ? QFileInfo(file_).fileName() : QString::fromStdString(found->inputs);
     message_->say(
-        (moving_ ? tr("The next reconstruction continues that of “%1”: choose the same scan and settings.")
-                 : tr("The next reconstruction continues that of “%1”: choose the same scans, mask and "
-                      "settings."))
+        (dynamic_ ? tr("The next reconstruction continues that of “%1”: choose the same scan and settings.")
+                  : tr("The next reconstruction continues that of “%1”: choose the same scans, mask and "
+                       "settings."))
             .arg(what));
   } else if (!offered_.file.empty()) {
     const QString scans = QString::fromStdString(offered_.inputs);

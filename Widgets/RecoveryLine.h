@@ -8,12 +8,12 @@ namespace innergs::ui {
 
 class MessageLine;
 
-/// Offers to resume the newest fit in the host's recovery folder, of static scans or of moving ones, and says
+/// Offers to resume the newest fit in the host's recovery folder, of static scans or of dynamic ones, and says
 /// when the next reconstruction continues one. Hidden when there is neither.
 class RecoveryLine : public QWidget {
   Q_OBJECT
 public:
-  enum class Scans { AtRest, Moving };
+  enum class Scans { Static, Dynamic };
   RecoveryLine(Host* host, Scans scans, QWidget* parent);
   /// What the next reconstruction continues, as in its request.
   QString file() const { return file_; }
@@ -32,7 +32,7 @@ private:
   void dismiss();
 
   Host* host_;
-  bool moving_;
+  bool dynamic_;
   QString file_;
   RecoveredFit offered_; // without a file: none
   MessageLine* message_;

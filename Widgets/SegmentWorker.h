@@ -12,7 +12,7 @@
 namespace innergs::ui {
 
 struct LearningTask {
-  SegmentedModel model; // of a moving scan at the time of the labels
+  SegmentedModel model; // of a dynamic scan at the time of the labels
   /// In the model's own coordinates (LPS, mm). Called on the worker's thread; may throw Error.
   std::function<NamedLabels(const std::stop_token&)> labels;
   bool sparse = false; // slices without any label between labelled ones were not labelled

@@ -51,7 +51,7 @@ QString shownIn(const Settings& settings, const Setting& row, const QLocale& loc
 std::vector<const Setting*> advancedSettings() {
   std::vector<const Setting*> rows;
   for (const Setting& row : settingsTable())
-    if (row.group != Setting::Group::Basic && row.group != Setting::Group::Moving) rows.push_back(&row);
+    if (row.group != Setting::Group::Basic && row.group != Setting::Group::Dynamic) rows.push_back(&row);
   return rows;
 }
 

@@ -340,7 +340,7 @@ Subcommand addExperiment(CLI::App& app) {
   addOption(*command, "names", o->names, "NAME",
             "selection: simulation of the candidate selections\n"
             "contour: the conditional splat against the sliced 3D Gaussian\n"
-            "dynamic: frames held out from a moving scan and interpolated\n"
+            "dynamic: frames held out from a dynamic scan and interpolated\n"
             "static: every blending by the paper's and the held-out protocol\n"
             "text: queries in words, on two sets of phrases\n"
             "segmentation: labels of some slices propagated to the others\n"
@@ -351,7 +351,7 @@ Subcommand addExperiment(CLI::App& app) {
             "The truth for static and the ablations (the paper's: BrainWeb T1); for segmentation, the\n"
             "labels' own scan");
   addOption(*command, "--series", o->series, "FILE",
-            "Moving scan for dynamic: 4D NIfTI, .seq.nrrd or a folder [a phantom that jitters]");
+            "Scan for dynamic: 4D NIfTI, .seq.nrrd or a folder [a phantom that jitters]");
   addOption(*command, "--labels", o->labels, "FILE ...", "Labelmaps of the volume, for segmentation");
   addOption(*command, "--label-names", o->labelNames, "FILE ...", "Their names, JSON, in the same order");
   addTextModel(*command, o->textModel);

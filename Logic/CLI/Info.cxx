@@ -99,9 +99,9 @@ Json stillInfo(const Model& model, const FeatureModel* features, const std::file
   return info;
 }
 
-Json movingInfo(const DynamicField& field) {
+Json dynamicInfo(const DynamicField& field) {
   Json info = fieldInfo(field.canonical);
-  info["kind"] = "model of a moving scan";
+  info["kind"] = "model of a dynamic scan";
   info["changes_by"] = dynamicKindName(field.kind);
   info["frames"] = field.times.size();
   info["first_time_s"] = field.times.front();
@@ -112,7 +112,7 @@ Json movingInfo(const DynamicField& field) {
 
 Json modelInfo(const std::filesystem::path& path) {
   const AnyModel read = readAnyModel(path);
-  Json info = read.field ? movingInfo(*read.field) : stillInfo(*read.model, read.features.get(), path);
+  Json info = read.field ? dynamicInfo(*read.field) : stillInfo(*read.model, read.features.get(), path);
   if (!read.notes.empty()) info["notes"] = read.notes;
   return info;
 }

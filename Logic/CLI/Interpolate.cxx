@@ -215,8 +215,8 @@ int interpolate(const InterpolateOptions& o) {
 } // namespace
 
 Subcommand addInterpolate(CLI::App& app) {
-  auto* command =
-      app.add_subcommand("interpolate", "Interpolates a moving scan at any time and fits a continuous model");
+  auto* command = app.add_subcommand("interpolate",
+                                     "Interpolates a dynamic scan at any time and fits a continuous model");
   auto o = std::make_shared<InterpolateOptions>();
   addOption(*command, "input", o->input, "SCAN",
             "4D NIfTI or MINC2, .seq.nrrd, a folder with one image per frame and times.txt, or a\n"
@@ -249,7 +249,7 @@ Subcommand addInterpolate(CLI::App& app) {
   o->grid.add(*command, "the frames' own grid");
   addOutputType(*command, o->type);
   for (const Setting& row : settingsTable())
-    if (concernsMovingScans(row)) addSetting(*command, o->settings, row.name);
+    if (concernsDynamicScans(row)) addSetting(*command, o->settings, row.name);
   command->add_flag("-q,--quiet", o->quiet, "Print only errors");
   command->footer("Examples:\n  innergs interpolate wrist.nii.gz --rate 10 -o smooth.seq.nrrd\n  innergs "
                   "interpolate bold.nii.gz --kind intensity --times 1,3,5 -o between.nii.gz\n  innergs "

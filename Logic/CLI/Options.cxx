@@ -90,7 +90,7 @@ void addSettings(CLI::App& app, Settings& settings) {
   CLI::Option_group* group = nullptr;
   std::string title;
   for (const Setting& row : settingsTable()) {
-    if (row.group == Setting::Group::Moving) continue;
+    if (row.group == Setting::Group::Dynamic) continue;
     const std::string next = row.group == Setting::Group::Basic ? "Settings" : groupTitle(row.group);
     if (!group || next != title) group = app.add_option_group(title = next);
     addSetting(*group, settings, row.name);

@@ -123,11 +123,11 @@ Json toJson(const GridGeometry& geometry) {
           {"direction_lps", direction}};
 }
 
-Json toJson(const Settings& settings, bool moving) {
+Json toJson(const Settings& settings, bool dynamic) {
   using Type = Setting::Type;
   Json json;
   for (const Setting& row : settingsTable()) {
-    if (moving ? !concernsMovingScans(row) : row.group == Setting::Group::Moving) continue;
+    if (dynamic ? !concernsDynamicScans(row) : row.group == Setting::Group::Dynamic) continue;
     const std::string text = row.textIn(settings);
     const bool word = row.type() == Type::Choice || row.type() == Type::Text;
     json[row.name] = !row.isIn(settings) ? Json() : word ? Json(text) : Json::parse(text);

@@ -6,8 +6,8 @@
 #include "Core/Base/NumberText.h"
 #include "Core/Device/FeatureDeviceChoice.h"
 #include "Core/Features/Teacher.h"
+#include "Core/Motion/DynamicFeatures.h"
 #include "Core/Motion/MotionField.h"
-#include "Core/Motion/MovingFeatures.h"
 #include "Core/Render/Render.h"
 #include "IO/BidsSidecar.h"
 #include "IO/DynamicModelFile.h"
@@ -237,7 +237,7 @@ FeatureQueryOptions queryOptions(const SegmentCommand& o, const Interrupt& inter
 
 void segmentStatic(const SegmentCommand& o, const Interrupt& interrupt, OutputFiles& files) {
   if (o.time || o.labelTime)
-    throw CLI::ValidationError("segment", "--time and --label-time are for a model of a moving scan");
+    throw CLI::ValidationError("segment", "--time and --label-time are for a model of a dynamic scan");
   ModelNotes notes;
   std::optional<FeatureModel> features;
   const Model model = readModel(o.model, &notes, &features);
@@ -259,10 +259,10 @@ void segmentStatic(const SegmentCommand& o, const Interrupt& interrupt, OutputFi
   write(found, typeFor(wanted), o, files);
 }
 
-/// Every frame of a moving scan, or one time.
-void segmentMoving(const SegmentCommand& o, const Interrupt& interrupt, OutputFiles& files) {
+/// Every frame of a dynamic scan, or one time.
+void segmentDynamic(const SegmentCommand& o, const Interrupt& interrupt, OutputFiles& files) {
   if (!o.time && !o.score.empty())
-    throw CLI::ValidationError("segment", "--score of a moving scan's model needs --time");
+    throw CLI::ValidationError("segment", "--score of a dynamic scan's model needs --time");
   if (!o.time && !o.output.empty()) checkTimeSeriesPath(o.output);
   ModelNotes notes;
   RefinementState state;
@@ -304,16 +304,16 @@ int segment(const SegmentCommand& o) {
   for (const std::string& input :
        {o.model, o.labels, o.names, o.features, o.texts, o.network, o.image, o.grid.reference})
     files.read(input);
-  const bool moving = isDynamicModel(o.model);
-  files.add(o.output, moving && !o.time ? OutputFiles::Kind::Any : OutputFiles::Kind::Volume);
+  const bool dynamic = isDynamicModel(o.model);
+  files.add(o.output, dynamic && !o.time ? OutputFiles::Kind::Any : OutputFiles::Kind::Volume);
   files.add(o.score, OutputFiles::Kind::Volume);
   files.add(o.saveModel, OutputFiles::Kind::Model);
   for (const std::string& query : o.queries)
     interpret(Lexicon::standard(), query); // rejects invalid queries before the work starts
   if (!o.textModel.empty()) useTextModel(o.textModel);
   Interrupt interrupt;
-  if (moving)
-    segmentMoving(o, interrupt, files);
+  if (dynamic)
+    segmentDynamic(o, interrupt, files);
   else
     segmentStatic(o, interrupt, files);
   files.check();
@@ -381,10 +381,10 @@ Subcommand addSegment(CLI::App& app) {
             "Smallest volume of a connected part, mm3 [0]")
       ->check(CLI::NonNegativeNumber);
   addOption(*command, "--time", o->time, "S",
-            "Time in s of a moving scan's model [every frame, as a 4D labelmap: .nii, .nii.gz, "
+            "Time in s of a dynamic scan's model [every frame, as a 4D labelmap: .nii, .nii.gz, "
             ".seq.nrrd]");
   addOption(*command, "--label-time", o->labelTime, "S",
-            "Time in s of a moving scan that --labels belong to [the middle frame's]");
+            "Time in s of a dynamic scan that --labels belong to [the middle frame's]");
   o->grid.add(*command, "the grid that was fitted");
   addOption(*command, "--channels", o->training.channels, "N",
             "Channels of a latent: 8 (with --labels), 16 or 32 [16]")

@@ -5,7 +5,7 @@
 
 namespace innergs {
 
-/// Interpolates a moving scan in time: holds out some frames from every method and scores on these only.
+/// Interpolates a dynamic scan in time: holds out some frames from every method and scores on these only.
 struct DynamicExperiment {
   TimeSeries series;
   std::string name; // for titles

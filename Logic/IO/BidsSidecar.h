@@ -13,7 +13,7 @@ struct GridGeometry;
 /// The BIDS sidecar of an image: the same name with .json.
 std::filesystem::path sidecarOf(const std::filesystem::path& image);
 
-/// When a moving scan was acquired, according to a BIDS file (.json); empty and 0 where the file says
+/// When a dynamic scan was acquired, according to a BIDS file (.json); empty and 0 where the file says
 /// nothing.
 struct BidsTimes {
   std::vector<double> frames; // s, VolumeTiming

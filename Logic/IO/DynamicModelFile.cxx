@@ -127,7 +127,7 @@ std::vector<std::int64_t> nodesShape(const DynamicField& field) {
 ModelNotes notesOf(const DynamicResult& result, const std::string& inputs) {
   return {{"Version", INNERGS_VERSION},
           {"Inputs", inputs},
-          {"Settings", movingSettingsText(result.settings)},
+          {"Settings", dynamicSettingsText(result.settings)},
           {"InstructionSet", result.instructionSet},
           {"Device", result.device.id},
           {"TrainingPSNR", formatted("%.3f", result.trainingPsnr)}};
@@ -179,9 +179,9 @@ DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* not
                               std::optional<FeatureModel>* features) {
   if (features) features->reset();
   const SafetensorsFile file(path);
-  if (!isMoving(file))
+  if (!isDynamic(file))
     throw Error(ErrorCode::FileFormat,
-                quoted(path) + " is not a model of a moving scan; choose another file.");
+                quoted(path) + " is not a model of a dynamic scan; choose another file.");
   DynamicField field;
   field.canonical = readModelFrom(file, path, notes, features).field;
   const Metadata metadata(file, path);
@@ -243,7 +243,7 @@ AnyModel readAnyModel(const std::filesystem::path& path) {
 
 bool isDynamicModel(const std::filesystem::path& path) {
   try {
-    return fullExtension(path) == ".innergs" && isMoving(SafetensorsFile(path));
+    return fullExtension(path) == ".innergs" && isDynamic(SafetensorsFile(path));
   } catch (const Error&) {
     return false;
   }

@@ -43,10 +43,10 @@ Model readModel(const std::filesystem::path& path, ModelNotes* notes, std::optio
   }
   const SafetensorsFile file(path);
   checkFormat(file, path);
-  if (isMoving(file))
+  if (isDynamic(file))
     throw Error(ErrorCode::UnsupportedImage,
                 quoted(path) +
-                    " is a model of a moving scan; make the volume of one time from it first (innergs "
+                    " is a model of a dynamic scan; make the volume of one time from it first (innergs "
                     "interpolate --at).");
   return readModelFrom(file, path, notes, features);
 }

@@ -16,7 +16,7 @@
 namespace innergs {
 namespace {
 
-constexpr int formatVersion = 1, movingVersion = 2; // static models keep version 1
+constexpr int formatVersion = 1, dynamicVersion = 2; // static models keep version 1
 constexpr int floatsPerGaussian = 16;
 static_assert(sizeof(Gaussian) == floatsPerGaussian * sizeof(float));
 
@@ -232,7 +232,7 @@ FeatureModel featuresOf(const SafetensorsFile& file, const Metadata& metadata, c
 
 } // namespace
 
-bool isMoving(const SafetensorsFile& file) {
+bool isDynamic(const SafetensorsFile& file) {
   return file.metadata().contains("moving");
 }
 
@@ -241,7 +241,7 @@ void checkFormat(const SafetensorsFile& file, const std::filesystem::path& path)
   if (format == file.metadata().end() || format->second != "InnerGS")
     throw Error(ErrorCode::FileFormat,
                 quoted(path) + " is a safetensors file but not an InnerGS model; choose another file.");
-  if (Metadata(file, path).integer("format_version") > (isMoving(file) ? movingVersion : formatVersion))
+  if (Metadata(file, path).integer("format_version") > (isDynamic(file) ? dynamicVersion : formatVersion))
     throw Error(ErrorCode::FileFormat,
                 quoted(path) + " was written by a newer version of InnerGS; update InnerGS to open it.");
 }
@@ -293,7 +293,7 @@ void writeModelWith(const Model& model, const std::filesystem::path& path, const
   if (!runs.empty())
     tensors.push_back({"support", {static_cast<std::int64_t>(runs.size())}, [&runs] { return runs; }});
   auto metadata = metadataOf(model);
-  if (more.contains("moving")) metadata["format_version"] = std::to_string(movingVersion);
+  if (more.contains("moving")) metadata["format_version"] = std::to_string(dynamicVersion);
   metadata.insert(more.begin(), more.end());
   std::move(others.begin(), others.end(), std::back_inserter(tensors));
   if (!notes.empty()) // node names may be in any encoding

@@ -9,12 +9,12 @@
 #include <charconv>
 #include <cmath>
 
-/// Shared by the readers and writers of static and moving models.
+/// Shared by the readers and writers of static and dynamic models.
 namespace innergs {
 
 using nlohmann::json;
 
-/// writeModel() with additional entries and tensors; an entry "moving" marks the file as a moving model.
+/// writeModel() with additional entries and tensors; an entry "moving" marks the file as a dynamic model.
 void writeModelWith(const Model& model, const std::filesystem::path& path, const ModelNotes& notes,
                     const std::map<std::string, std::string>& more, std::vector<TensorToWrite> others);
 /// Entries and tensors of features for writeModelWith(), which refer to them. Throws Error(FileFormat) as
@@ -24,8 +24,8 @@ void addFeatures(const FeatureModel& features, const GaussianField& field,
 /// readModel() from an open file, which may hold more.
 Model readModelFrom(const SafetensorsFile& file, const std::filesystem::path& path, ModelNotes* notes,
                     std::optional<FeatureModel>* features = nullptr);
-/// Whether the file holds a moving model.
-bool isMoving(const SafetensorsFile& file);
+/// Whether the file holds a dynamic model.
+bool isDynamic(const SafetensorsFile& file);
 /// Throws Error(FileFormat) unless the file is a model of a known version.
 void checkFormat(const SafetensorsFile& file, const std::filesystem::path& path);
 

@@ -6,7 +6,7 @@
 
 namespace innergs {
 
-/// Displacements of a moving scan, as defined in Core/Motion/MotionField.h: mm, LPS, three per voxel.
+/// Displacements of a dynamic scan, as defined in Core/Motion/MotionField.h: mm, LPS, three per voxel.
 struct MotionSequence {
   GridGeometry geometry;
   std::vector<double> times;              // s

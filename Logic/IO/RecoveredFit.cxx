@@ -121,7 +121,7 @@ fs::path writeRecoveredFit(const Model& model, const RecoveredFit& about, const 
 }
 
 fs::path writeRecoveredFit(const StoppedDynamicFit& fit, const RecoveredFit& about, const fs::path& folder) {
-  return writeInto(folder, about, movingSettingsText(about.settings),
+  return writeInto(folder, about, dynamicSettingsText(about.settings),
                    [&](const fs::path& file, const ModelNotes& notes) {
                      writeDynamicModel(fit.field, file, notes, fit.state);
                    });
@@ -129,7 +129,7 @@ fs::path writeRecoveredFit(const StoppedDynamicFit& fit, const RecoveredFit& abo
 
 void writeStoppedFit(const DynamicResult& result, RecoveredFit& about, const fs::path& folder) {
   if (!result.field || result.state.empty()) return;
-  about.moving = true;
+  about.dynamic = true;
   about.iteration = result.state.step;
   about.iterations = result.steps;
   about.file = writeRecoveredFit({*result.field, result.state}, about, folder);
@@ -160,9 +160,9 @@ std::vector<RecoveredFit> recoveredFits(const fs::path& folder) {
       fit.inputs = note("Inputs");
       fit.mask = note("Mask");
       fit.settings = requestedFrom(note(kRequested));
-      fit.moving = isMoving(file);
+      fit.dynamic = isDynamic(file);
       fit.iteration =
-          fit.moving ? metadata.parsed("refinement").at("step").get<int>() : metadata.integer("iteration");
+          fit.dynamic ? metadata.parsed("refinement").at("step").get<int>() : metadata.integer("iteration");
       fit.interval = wholeTextNumber(note(kInterval)).value_or(0);
       fit.iterations = static_cast<int>(wholeTextNumber(note("Iterations")).value_or(0));
       found.emplace_back(fs::last_write_time(path), std::move(fit));

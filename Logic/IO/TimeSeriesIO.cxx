@@ -197,7 +197,7 @@ TimeSeries readTimeSeries(const fs::path& path, const TimeSeriesOptions& options
     if (loaded.vectors)
       throw Error(ErrorCode::UnsupportedImage,
                   what +
-                      " has several values per voxel (vectors or tensors) and no frames of a moving scan.");
+                      " has several values per voxel (vectors or tensors) and no frames of a dynamic scan.");
     if (isFile(withEnding(path, ".bval")) || isFile(withEnding(path, ".bvals")))
       throw Error(
           ErrorCode::UnsupportedImage,

@@ -13,7 +13,7 @@ struct TimeSeriesOptions {
   std::filesystem::path sliceTimes{}; // file for readSliceTiming(); empty: as the scan says
 };
 
-/// Reads a moving scan: 4D NIfTI or MINC2, 3D Slicer's .seq.nrrd, or a folder with one image per frame in
+/// Reads a dynamic scan: 4D NIfTI or MINC2, 3D Slicer's .seq.nrrd, or a folder with one image per frame in
 /// natural order of the names. Times in seconds come from the options, from a file beside the image (BIDS's
 /// .json with VolumeTiming or RepetitionTime; in a folder times.txt, one number per line), or from the file's
 /// header and its unit; the times of a frame's slices likewise, or from that .json (SliceTiming,

@@ -143,7 +143,7 @@ bool needsSidecar(const fs::path& path, const std::vector<double>& times) {
 void checkTimeSeriesPath(const fs::path& path) {
   if (!isNifti(path) && !isSequenceFile(path))
     throw Error(ErrorCode::InvalidArgument,
-                quoted(path) + " has no extension of a moving scan; use .nii.gz, .nii or .seq.nrrd.");
+                quoted(path) + " has no extension of a dynamic scan; use .nii.gz, .nii or .seq.nrrd.");
   checkOutputFolder(path);
 }
 

@@ -55,7 +55,7 @@ RecoveredFit DynamicWork::about() const {
   RecoveredFit about;
   about.inputs = name_;
   about.settings = settings_;
-  about.moving = true;
+  about.dynamic = true;
   about.interval = interval_;
   return about;
 }

@@ -17,7 +17,7 @@ class vtkSlicerInnerGSDynamicRequest;
 
 namespace innergs::mrml {
 
-/// Nodes made from a moving scan; null for those that an observer removed during creation.
+/// Nodes made from a dynamic scan; null for those that an observer removed during creation.
 struct DynamicOutputs {
   vtkSmartPointer<vtkMRMLInnerGSModelNode> model;
   vtkSmartPointer<vtkMRMLSequenceNode> frames;
@@ -26,7 +26,7 @@ struct DynamicOutputs {
   std::vector<std::string> warnings;
 };
 
-/// The reconstruction of a moving scan: made on the main thread, which copies the voxels, run on any, and
+/// The reconstruction of a dynamic scan: made on the main thread, which copies the voxels, run on any, and
 /// turned into nodes on the main thread again.
 class DynamicWork {
 public:
@@ -50,7 +50,7 @@ public:
   DynamicOutputs makeNodes(vtkMRMLScene* scene);
   double trainingPsnr() const { return outcome_.result.trainingPsnr; }
   int judging() const { return static_cast<int>(outcome_.judging); }
-  std::string settingsText() const { return movingSettingsText(outcome_.result.settings); }
+  std::string settingsText() const { return dynamicSettingsText(outcome_.result.settings); }
 
 private:
   TimeSeries series_;

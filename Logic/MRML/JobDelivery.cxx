@@ -40,9 +40,9 @@ void JobDelivery::deliver(JobUpdate& update) {
   if (update.hasPreview() && !task->discard) {
     job->Preview = update.preview;
     job->PreviewIJKToRAS = update.previewToRAS;
-    if (update.moving) {
+    if (update.dynamic) {
       job->PreviewModel = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
-      job->PreviewModel->SetField(update.moving);
+      job->PreviewModel->SetField(update.dynamic);
     }
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobPreviewEvent, job);
   }

@@ -116,7 +116,7 @@ std::optional<JobUpdate> JobQueue::fetch() {
   } else if (rest.hasPreview()) {
     next.preview = std::exchange(rest.preview, nullptr);
     next.previewToRAS = std::exchange(rest.previewToRAS, nullptr);
-    next.moving = std::exchange(rest.moving, nullptr);
+    next.dynamic = std::exchange(rest.dynamic, nullptr);
     rest.previewNext = false;
   } else {
     next.done = rest.done;
@@ -182,7 +182,7 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   }
   if (task->dynamic) {
     task->cancelled = !task->dynamic->run(task->stop.get_token(), told, [&](const auto& field) {
-      post(task, [&](JobUpdate& update) { update.moving = field; });
+      post(task, [&](JobUpdate& update) { update.dynamic = field; });
     });
     if (task->keep || (task->cancelled && task->dynamic->keepsWhenCancelled())) keepFit(*task);
     return;

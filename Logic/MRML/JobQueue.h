@@ -26,9 +26,9 @@ struct JobUpdate {
   std::optional<Progress> progress;
   vtkSmartPointer<vtkImageData> preview;
   vtkSmartPointer<vtkMatrix4x4> previewToRAS;
-  std::shared_ptr<const DynamicField> moving; // preview of a moving scan
+  std::shared_ptr<const DynamicField> dynamic; // preview of a dynamic scan
 
-  bool hasPreview() const { return preview || moving; }
+  bool hasPreview() const { return preview || dynamic; }
 };
 
 /// Runs tasks one after another on a thread of its own. Call everything on the main thread.

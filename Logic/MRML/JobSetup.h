@@ -58,12 +58,12 @@ protected:
 /// A reconstruction, or other work on a model, that the worker can do without looking at a node.
 struct Task {
   vtkSmartPointer<vtkSlicerInnerGSJob> job; // for the main thread alone
-  vtkSmartPointer<JobFilter> filter;        // holds the snapshot; null for other work and moving scans
+  vtkSmartPointer<JobFilter> filter;        // holds the snapshot; null for other work and dynamic scans
   // Other work: `work` runs on the worker and may throw Error; `deliver` then shows its result, on the main
   // thread.
   std::function<void(const std::stop_token&, DetachedTasks&, const ProgressCallback&)> work;
   std::function<void()> deliver;
-  std::shared_ptr<DynamicWork> dynamic; // of a moving scan
+  std::shared_ptr<DynamicWork> dynamic; // of a dynamic scan
   std::stop_source stop;
 
   // What the worker found.

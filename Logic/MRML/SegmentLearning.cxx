@@ -173,7 +173,7 @@ std::shared_ptr<Task> learningTask(vtkMRMLInnerGSModelNode* model, vtkMRMLScene*
   task->deliver = [segmented, learned, from, target = vtkWeakPointer<vtkMRMLInnerGSModelNode>(model)] {
     const vtkSmartPointer<vtkMRMLInnerGSModelNode> node = target.Get(); // an observer may remove it
     const SegmentedModel now = node && !node->IsEmpty() ? node->GetModel()->GetSegmented() : SegmentedModel();
-    if (segmented.moving ? now.moving != segmented.moving : now.field != segmented.field)
+    if (segmented.dynamic ? now.dynamic != segmented.dynamic : now.field != segmented.field)
       throw Error(ErrorCode::InvalidArgument,
                   "The model was replaced while learning: learn the segments again.");
     MRMLNodeModifyBlocker blocker(node);

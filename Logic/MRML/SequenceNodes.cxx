@@ -91,14 +91,14 @@ vtkSmartPointer<vtkMRMLSequenceBrowserNode> browserOf(vtkMRMLSequenceNode* seque
 TimeSeries seriesOf(vtkMRMLSequenceNode* sequence, double interval, bool voxels) {
   if (!sequence)
     throw Error(ErrorCode::InvalidArgument,
-                "There is no moving scan: choose a sequence of volumes (load a 4D file as a sequence).");
+                "There is no dynamic scan: choose a sequence of volumes (load a 4D file as a sequence).");
   TimeSeries series;
   series.name = quoted(sequence);
   const int frames = sequence->GetNumberOfDataNodes();
   if (frames < 2)
     throw Error(ErrorCode::InvalidArgument, series.name +
                                                 (frames == 1 ? " has a single frame" : " has no frames") +
-                                                "; a moving scan needs at least two.");
+                                                "; a dynamic scan needs at least two.");
   for (int f = 0; f < frames; ++f) {
     vtkMRMLNode* node = sequence->GetNthDataNode(f);
     auto* volume = vtkMRMLScalarVolumeNode::SafeDownCast(node);

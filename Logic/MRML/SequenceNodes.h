@@ -16,12 +16,12 @@ class vtkMRMLSequenceNode;
 class vtkMatrix4x4;
 class vtkSlicerInnerGSDynamicRequest;
 
-/// Moving scans as Slicer's sequences.
+/// Dynamic scans as Slicer's sequences.
 namespace innergs::mrml {
 
 /// The frames of a sequence of scalar volumes in the world (through the parent transform of its proxy node in
 /// a browser, if there is one). interval: s from one frame to the next; 0: from the sequence's index. Without
-/// `voxels` the frames stay empty. Throws Error, with one sentence, if it is not a moving scan.
+/// `voxels` the frames stay empty. Throws Error, with one sentence, if it is not a dynamic scan.
 TimeSeries seriesOf(vtkMRMLSequenceNode* sequence, double interval, bool voxels);
 
 /// When the slices of a frame were acquired: from the request, else from the sequence, else from the BIDS
@@ -51,7 +51,7 @@ vtkSmartPointer<vtkMRMLSequenceNode> addSequence(vtkMRMLScene* scene, const std:
 /// Puts the sequence into `like`'s browser if their indices agree, else into one of its own.
 vtkSmartPointer<vtkMRMLSequenceBrowserNode> browse(vtkMRMLSequenceNode* sequence, vtkMRMLSequenceNode* like);
 
-/// A moving scan's frames, rendered on its own grid: voxels as floats. device: as in Settings. Throws
+/// A dynamic scan's frames, rendered on its own grid: voxels as floats. device: as in Settings. Throws
 /// Error(Cancelled | Memory), as DeviceChoice does.
 std::vector<vtkSmartPointer<vtkImageData>>
 renderFrames(const DynamicField& field, const std::vector<double>& times, const RenderOptions& options = {},

@@ -151,7 +151,7 @@ double vtkMRMLInnerGSModelNode::GetTime() {
 
 void vtkMRMLInnerGSModelNode::SetTime(double seconds) {
   if (!std::isfinite(seconds)) {
-    vtkErrorMacro(<< "The time of a moving model must be finite: give it in seconds.");
+    vtkErrorMacro(<< "The time of a dynamic model must be finite: give it in seconds.");
     return;
   }
   double range[2];
@@ -224,7 +224,7 @@ void vtkMRMLInnerGSModelNode::ApplyTransformMatrix(vtkMatrix4x4* matrix) {
     if (this->DynamicModel)
       throw innergs::Error(
           innergs::ErrorCode::Geometry,
-          "A model of a moving scan cannot be moved itself: put the transform on the node as "
+          "A model of a dynamic scan cannot be moved itself: put the transform on the node as "
           "a parent transform instead.");
     const auto hardened =
         innergs::mrml::harden(*this->Model->GetCoreModel(), this->Model->GetFeatures().get(), toLPS(matrix));

@@ -16,7 +16,7 @@ class vtkInnerGSDynamicModel;
 class vtkInnerGSModel;
 class vtkMatrix4x4;
 
-/// A reconstructed model: a continuous volume made of 3D Gaussians; for a moving scan, one in space and time
+/// A reconstructed model: a continuous volume made of 3D Gaussians; for a dynamic scan, one in space and time
 /// that is seen at one time, GetTime(). Queries through vtkSlicerInnerGSLogic honour its parent transform,
 /// even one that bends space.
 class VTK_SLICER_INNERGS_MODULE_MRML_EXPORT vtkMRMLInnerGSModelNode : public vtkMRMLTransformableNode {
@@ -35,18 +35,18 @@ public:
 
   enum { ModelModifiedEvent = 18750 };
 
-  /// Null or empty: nothing yet. Setting it invokes ModelModifiedEvent. For a moving scan, the model at
+  /// Null or empty: nothing yet. Setting it invokes ModelModifiedEvent. For a dynamic scan, the model at
   /// GetTime(); setting a model makes the node one of a static scan.
   vtkInnerGSModel* GetModel();
   void SetModel(vtkInnerGSModel* model);
   bool IsEmpty();
 #ifndef __VTK_WRAP__
-  /// Sets what the Gaussians have learned, for a moving scan at every time. The model must not be empty.
+  /// Sets what the Gaussians have learned, for a dynamic scan at every time. The model must not be empty.
   void SetFeatures(const std::shared_ptr<const innergs::FeatureModel>& features);
 #endif
 
   ///@{
-  /// The model of a moving scan; null for others. Setting it, or another time, invokes ModelModifiedEvent.
+  /// The model of a dynamic scan; null for others. Setting it, or another time, invokes ModelModifiedEvent.
   vtkInnerGSDynamicModel* GetDynamicModel();
   void SetDynamicModel(vtkInnerGSDynamicModel* model);
   bool IsDynamic();
@@ -60,7 +60,7 @@ public:
   virtual void GetBounds(double bounds[6]);
   virtual void GetRASBounds(double bounds[6]);
 
-  /// Moves the model itself (except that of a moving scan, which keeps its parent transform): rotates,
+  /// Moves the model itself (except that of a dynamic scan, which keeps its parent transform): rotates,
   /// shifts, scales and mirrors it along the axes of its grids. Refuses to shear them, with an ErrorEvent;
   /// when a parent transform is hardened, a shear stays as a new parent transform, so that nothing moves.
   void ApplyTransformMatrix(vtkMatrix4x4* matrix) override;

@@ -12,8 +12,8 @@ namespace innergs {
 struct FeatureModel;
 }
 
-/// Model files (.innergs, everything; of moving scans too) and PLY files of Gaussians (.ply, without residual
-/// grid and fit state).
+/// Model files (.innergs, everything; of dynamic scans too) and PLY files of Gaussians (.ply, without
+/// residual grid and fit state).
 class VTK_SLICER_INNERGS_MODULE_MRML_EXPORT vtkMRMLInnerGSModelStorageNode : public vtkMRMLStorageNode {
 public:
   static vtkMRMLInnerGSModelStorageNode* New();

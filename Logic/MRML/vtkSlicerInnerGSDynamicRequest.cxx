@@ -17,7 +17,7 @@ void vtkSlicerInnerGSDynamicRequest::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "Series: " << (this->Series ? this->Series->GetName() : "(none)") << "\n";
   os << indent << "Interval: " << this->Interval << "\n";
-  os << indent << "Settings: " << innergs::movingSettingsText(*this->Choices) << "\n";
+  os << indent << "Settings: " << innergs::dynamicSettingsText(*this->Choices) << "\n";
   os << indent << "Rate: " << this->Rate << "\n";
   os << indent << "EvaluateQuality: " << this->EvaluateQuality << "\n";
   os << indent << "SliceTimingFileName: " << this->SliceTimingFileName << "\n";

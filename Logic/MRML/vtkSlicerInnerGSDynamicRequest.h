@@ -25,7 +25,7 @@ public:
   vtkTypeMacro(vtkSlicerInnerGSDynamicRequest, vtkObject);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// The moving scan: a sequence of scalar volumes of one grid, its index the time.
+  /// The dynamic scan: a sequence of scalar volumes of one grid, its index the time.
   void SetSeries(vtkMRMLSequenceNode* sequence);
   vtkMRMLSequenceNode* GetSeries();
   /// s from one frame to the next, if the index is not a time; 0 (default): from the index.
@@ -44,7 +44,7 @@ public:
   vtkGetMacro(SliceTimingFileName, std::string);
   ///@}
 
-  /// Settings, by their names in Docs/settings.md. Only those of moving scans, NumberOfGaussians, Seed,
+  /// Settings, by their names in Docs/settings.md. Only those of dynamic scans, NumberOfGaussians, Seed,
   /// threads, instruction set and device have an effect. Kind: what changes with time; Automatic: whichever
   /// predicts held-out frames better.
   vtkInnerGSSettingsMacro();

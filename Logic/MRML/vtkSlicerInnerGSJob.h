@@ -78,7 +78,7 @@ public:
   /// The last preview (float, scanner units; geometry in the matrix alone); null before the first one.
   vtkImageData* GetPreviewImage();
   vtkMatrix4x4* GetPreviewIJKToRASMatrix();
-  /// Of a moving scan, instead: the model so far, at any time; null before the first one and after the end.
+  /// Of a dynamic scan, instead: the model so far, at any time; null before the first one and after the end.
   vtkInnerGSDynamicModel* GetPreviewModel();
 
   ///@{
@@ -89,7 +89,7 @@ public:
   int GetNumberOfWarnings();
   std::string GetWarning(int index);
   /// A model file to resume from (SetResumeFileName of a parameter node or request) if closing the scene or
-  /// removing the parameter node stopped the fit, or a cancel with KeepWhenCancelled of a moving scan's
+  /// removing the parameter node stopped the fit, or a cancel with KeepWhenCancelled of a dynamic scan's
   /// request; else "".
   vtkGetMacro(RecoveryFile, std::string);
   /// "name=value; ...": every setting as it was used.
@@ -107,7 +107,7 @@ public:
   /// were not moved.
   vtkMRMLTableNode* GetSliceTableNode();
   vtkMRMLScalarVolumeNode* GetUncertaintyNode(); // standard deviations; null unless asked for and known
-  /// Of a moving scan alone.
+  /// Of a dynamic scan alone.
   vtkMRMLSequenceNode* GetSequenceNode();
   vtkMRMLSequenceBrowserNode* GetBrowserNode();
   ///@}

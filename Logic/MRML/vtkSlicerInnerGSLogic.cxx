@@ -78,12 +78,12 @@ std::exception_ptr thrownBy(const std::function<void()>& task) {
   }
 }
 
-/// Of a node's moving model. Throws Error.
-std::shared_ptr<const innergs::DynamicField> movingField(vtkMRMLInnerGSModelNode* model) {
+/// Of a node's dynamic model. Throws Error.
+std::shared_ptr<const innergs::DynamicField> dynamicField(vtkMRMLInnerGSModelNode* model) {
   mrml::modelOf(model);
   if (!model->IsDynamic())
     throw Error(ErrorCode::InvalidArgument,
-                "The model " + mrml::quoted(model) + " is not of a moving scan: choose one that is.");
+                "The model " + mrml::quoted(model) + " is not of a dynamic scan: choose one that is.");
   return model->GetDynamicModel()->GetField();
 }
 
@@ -582,7 +582,7 @@ vtkMRMLSegmentationNode* vtkSlicerInnerGSLogic::AddSegments(vtkMRMLInnerGSModelN
 }
 
 //------------------------------------------------------------------------------
-// Moving scans.
+// Dynamic scans.
 
 vtkSlicerInnerGSJob*
 vtkSlicerInnerGSLogic::StartDynamicReconstruction(vtkSlicerInnerGSDynamicRequest* request) {
@@ -616,7 +616,7 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::PreviewFrame(vtkSlicerInnerGSJob
   const bool done = this->Work->guard([&] {
     if (!job || !job->GetPreviewModel())
       throw Error(ErrorCode::InvalidArgument,
-                  "There is no preview of a moving scan: wait for a JobPreviewEvent of its job.");
+                  "There is no preview of a dynamic scan: wait for a JobPreviewEvent of its job.");
     if (!std::isfinite(seconds))
       throw Error(ErrorCode::InvalidArgument, "The time to show must be finite: give it in seconds.");
     if (!this->GetMRMLScene())
@@ -638,7 +638,7 @@ vtkMRMLSequenceNode* vtkSlicerInnerGSLogic::CreateFrames(vtkMRMLInnerGSModelNode
   vtkSmartPointer<vtkMRMLSequenceNode> made = output;
   const bool done = this->Work->guard([&] {
     const vtkSmartPointer<vtkMRMLInnerGSModelNode> alive = model;
-    const auto field = movingField(model);
+    const auto field = dynamicField(model);
     refuseParent(model);
     const std::vector<double> wanted = mrml::framesWanted(times, 0, field->times);
     const auto frames = mrml::renderFrames(*field, wanted);
@@ -657,7 +657,7 @@ vtkMRMLSequenceNode* vtkSlicerInnerGSLogic::CreateMotion(vtkMRMLInnerGSModelNode
   vtkSmartPointer<vtkMRMLSequenceNode> made = output;
   const bool done = this->Work->guard([&] {
     const vtkSmartPointer<vtkMRMLInnerGSModelNode> alive = model;
-    const auto field = movingField(model);
+    const auto field = dynamicField(model);
     refuseParent(model);
     if (field->kind == innergs::DynamicKind::Intensity)
       throw Error(ErrorCode::InvalidArgument,

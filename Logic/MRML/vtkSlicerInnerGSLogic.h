@@ -58,7 +58,7 @@ public:
   enum Events {
     JobStartedEvent = vtkCommand::UserEvent + 18710,
     JobProgressEvent,
-    JobPreviewEvent, // GetPreviewImage() is new; of a moving scan GetPreviewModel()
+    JobPreviewEvent, // GetPreviewImage() is new; of a dynamic scan GetPreviewModel()
     JobFinishedEvent,
     JobFailedEvent,
     JobCancelledEvent
@@ -74,13 +74,13 @@ public:
   /// copy first (phase "Preparing"): until then voxels must not be changed in place, but nodes may be
   /// removed. A job that has to wait for others copies now.
   vtkSlicerInnerGSJob* StartReconstruction(vtkMRMLInnerGSParameterNode* parameters, bool copyVoxels = true);
-  /// Reconstructs a moving scan as a continuous volume in space and time: model node (GetModelNode(), its
+  /// Reconstructs a dynamic scan as a continuous volume in space and time: model node (GetModelNode(), its
   /// time is vtkMRMLInnerGSModelNode::SetTime()), frames as a sequence with its browser, quality table.
   /// Non-blocking, with the same jobs and events. Null when it was refused.
   vtkSlicerInnerGSJob* StartDynamicReconstruction(vtkSlicerInnerGSDynamicRequest* request);
   /// The same, blocking.
   bool ReconstructDynamic(vtkSlicerInnerGSDynamicRequest* request);
-  /// While a moving scan is fitted: the model so far (GetPreviewModel()) at a time in s as a volume node,
+  /// While a dynamic scan is fitted: the model so far (GetPreviewModel()) at a time in s as a volume node,
   /// `output` or a new one; null after an error, also before the first JobPreviewEvent.
   vtkMRMLScalarVolumeNode* PreviewFrame(vtkSlicerInnerGSJob* job, double seconds,
                                         vtkMRMLScalarVolumeNode* output = nullptr);
@@ -164,7 +164,7 @@ public:
   ///@}
 
   ///@{
-  /// From a moving scan's model, as a sequence node (`output` or a new one with its browser): the frames at
+  /// From a dynamic scan's model, as a sequence node (`output` or a new one with its browser): the frames at
   /// any times (s; null: those that it was fitted to), and its motion as grid transforms with the direction
   /// of displacement files: what lies at x at `from` (s; NaN: the frame in the middle) lies at x + d(x) at
   /// the transform's own time, so a frame under its transform looks as at `from`. Null after an error.
@@ -214,7 +214,7 @@ public:
                                                 const std::string& networkFile, vtkStringArray* names,
                                                 const std::string& textsFile = "", double low = 0,
                                                 double high = 0, double spacing = 0);
-  /// For a moving scan's model, the following refer to its GetTime().
+  /// For a dynamic scan's model, the following refer to its GetTime().
   /// What a text in words ("left kidney") asks for: one of vtkInnerGSSegment's Answers; −1 after an error.
   /// candidates (may be null): the segments that fit, best first, as columns Name, Score (0 to 1: how well
   /// the words fit) and Leading (1: those that answer the query together).

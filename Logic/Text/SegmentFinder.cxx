@@ -1,7 +1,7 @@
 #include "Text/SegmentFinder.h"
 
 #include "Core/Base/Error.h"
-#include "Core/Motion/MovingFeatures.h"
+#include "Core/Motion/DynamicFeatures.h"
 #include "Text/SentenceEncoder.h"
 
 #include <algorithm>
@@ -37,11 +37,11 @@ std::string terminologyEntry(const SegmentTerms& terms) {
 }
 
 SegmentFinder::SegmentFinder(SegmentedModel model) : model_(std::move(model)) {
-  if (!model_.features || !(model_.moving || model_.field))
+  if (!model_.features || !(model_.dynamic || model_.field))
     throw Error(ErrorCode::NoData,
                 "The model knows no segments yet: let it learn them from a labelmap or segmentation first.");
-  if (model_.moving)
-    model_.field = std::make_shared<const GaussianField>(featureFieldAt(*model_.moving, model_.time));
+  if (model_.dynamic)
+    model_.field = std::make_shared<const GaussianField>(featureFieldAt(*model_.dynamic, model_.time));
   makeSearch();
 }
 
@@ -56,9 +56,9 @@ void SegmentFinder::makeSearch() {
 void SegmentFinder::encode(const GridGeometry& geometry, const FeatureQueryOptions& options) {
   if (probabilities_ && probabilities_->geometry() == geometry) return;
   probabilities_.reset(); // frees its memory first
-  probabilities_.emplace(*model_.field, *model_.features, geometry,
-                         model_.moving ? queryAt(*model_.moving, model_.time, model_.features->time, options)
-                                       : options);
+  probabilities_.emplace(
+      *model_.field, *model_.features, geometry,
+      model_.dynamic ? queryAt(*model_.dynamic, model_.time, model_.features->time, options) : options);
   makeSearch();
 }
 

@@ -68,7 +68,7 @@ public:
 private:
   void makeSearch();
 
-  SegmentedModel model_; // for a moving scan, with its field at the time
+  SegmentedModel model_; // for a dynamic scan, with its field at the time
   std::optional<ClassProbabilities> probabilities_;
   std::optional<SegmentSearch> search_;
 };

@@ -34,8 +34,9 @@ double requestedTime(vtkInformation* output, vtkInnerGSDynamicModel* model, doub
 vtkInnerGSDynamicModel* requireDynamicModel(vtkInformationVector** inputs) {
   vtkInnerGSDynamicModel* model = vtkInnerGSDynamicModel::GetData(inputs[0]);
   if (!model || model->IsEmpty())
-    throw Error(ErrorCode::NoData,
-                "There is no model of a moving scan, or it has no Gaussians: reconstruct or load one first.");
+    throw Error(
+        ErrorCode::NoData,
+        "There is no model of a dynamic scan, or it has no Gaussians: reconstruct or load one first.");
   return model;
 }
 

@@ -5,7 +5,7 @@ class vtkInformation;
 
 namespace innergs::vtk {
 
-/// Announces the frames' times of a moving scan's model in a pipeline's output information; nothing when the
+/// Announces the frames' times of a dynamic scan's model in a pipeline's output information; nothing when the
 /// model is empty or null.
 void announceTimes(vtkInformation* output, vtkInnerGSDynamicModel* model);
 

@@ -80,7 +80,7 @@ std::string vtkInnerGSDynamicModel::GetKindName() {
 }
 
 std::string vtkInnerGSDynamicModel::GetDescription() {
-  if (this->IsEmpty()) return "Empty model of a moving scan";
+  if (this->IsEmpty()) return "Empty model of a dynamic scan";
   double range[2];
   this->GetTimeRange(range);
   return innergs::countText(this->GetNumberOfGaussians()) + " Gaussians in time (" + this->GetKindName() +

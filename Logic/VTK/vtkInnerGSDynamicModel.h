@@ -16,7 +16,7 @@ class vtkInformation;
 class vtkInformationVector;
 class vtkInnerGSModel;
 
-/// A fitted model of a moving scan: a continuous volume in space and time (s). At every time it is a
+/// A fitted model of a dynamic scan: a continuous volume in space and time (s). At every time it is a
 /// vtkInnerGSModel. What it holds never changes once set, so copies, shallow and deep alike, share it.
 class VTKINNERGS_EXPORT vtkInnerGSDynamicModel : public vtkDataObject {
 public:

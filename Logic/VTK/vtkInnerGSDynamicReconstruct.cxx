@@ -41,7 +41,7 @@ vtkInnerGSDynamicReconstruct::~vtkInnerGSDynamicReconstruct() = default;
 
 void vtkInnerGSDynamicReconstruct::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
-  os << indent << "Settings: " << innergs::movingSettingsText(this->GetSettings()) << "\n";
+  os << indent << "Settings: " << innergs::dynamicSettingsText(this->GetSettings()) << "\n";
   os << indent << "TrainingPSNR: " << this->TrainingPSNR << "\n";
   os << indent << "Choice: " << this->Choice << "\n";
   os << indent << "UsedDevice: " << this->UsedDevice << "\n";
@@ -128,7 +128,7 @@ void vtkInnerGSDynamicReconstruct::RequestData(vtkInformationVector** inputs, vt
   series.name = this->SeriesName;
   const int frames = inputs[0]->GetNumberOfInformationObjects();
   if (frames == 0)
-    throw Error(ErrorCode::NoData, "There are no frames: add one image per frame of the moving scan.");
+    throw Error(ErrorCode::NoData, "There are no frames: add one image per frame of the dynamic scan.");
   for (int f = 0; f < frames; ++f) {
     const std::string what = "Frame " + std::to_string(f) + " of " + this->SeriesName;
     vtkImageData* image = vtkImageData::GetData(inputs[0], f);

@@ -13,8 +13,8 @@ struct Settings;
 }
 #endif
 
-/// Fits a continuous volume in space and time to a moving scan. Input: its frames, scalar vtkImageData of one
-/// grid (AddInputData once per frame, in the order of their times). Output: vtkInnerGSDynamicModel.
+/// Fits a continuous volume in space and time to a dynamic scan. Input: its frames, scalar vtkImageData of
+/// one grid (AddInputData once per frame, in the order of their times). Output: vtkInnerGSDynamicModel.
 /// Inputs are never modified.
 ///
 /// ProgressEvent: GetProgress(), GetProgressText() and the getters under "State of the fit", on the thread
@@ -25,7 +25,7 @@ public:
   vtkTypeMacro(vtkInnerGSDynamicReconstruct, vtkInnerGSAlgorithm);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// Settings, by their names in Docs/settings.md. Only those of moving scans, NumberOfGaussians, Seed,
+  /// Settings, by their names in Docs/settings.md. Only those of dynamic scans, NumberOfGaussians, Seed,
   /// threads, instruction set and device have an effect. Kind: what changes with time; Automatic: whichever
   /// predicts held-out frames better.
   vtkInnerGSSettingsMacro();

@@ -6,7 +6,7 @@
 class vtkInnerGSDynamicModel;
 class vtkInnerGSModel;
 
-/// The model of a moving scan (input: vtkInnerGSDynamicModel) at one time: a vtkInnerGSModel (output), for
+/// The model of a dynamic scan (input: vtkInnerGSDynamicModel) at one time: a vtkInnerGSModel (output), for
 /// planes, resampling and points behind it. The time is the one that the pipeline asks for
 /// (UpdateTimeStep() of the last filter; TIME_STEPS and TIME_RANGE are those of the fitted frames), else
 /// Time. Any time in between is as good as a frame's; before the first and after the last frame, the model is

@@ -28,7 +28,7 @@ void vtkInnerGSModel::Initialize() {
   this->Superclass::Initialize();
   this->CoreModel.reset();
   this->Features.reset();
-  this->Moving.reset();
+  this->Dynamic.reset();
 }
 
 void vtkInnerGSModel::ShallowCopy(vtkDataObject* source) {
@@ -45,7 +45,7 @@ void vtkInnerGSModel::Share(vtkInnerGSModel* model) {
   if (!model) return;
   this->CoreModel = model->CoreModel;
   this->Features = model->Features;
-  this->Moving = model->Moving;
+  this->Dynamic = model->Dynamic;
   this->Time = model->Time;
 }
 
@@ -65,18 +65,18 @@ unsigned long vtkInnerGSModel::GetActualMemorySize() {
 
 void vtkInnerGSModel::SetCoreModel(std::shared_ptr<const innergs::Model> core,
                                    std::shared_ptr<const innergs::FeatureModel> features,
-                                   std::shared_ptr<const innergs::DynamicField> moving, double time) {
-  if (core == this->CoreModel && features == this->Features && moving == this->Moving && time == this->Time)
+                                   std::shared_ptr<const innergs::DynamicField> dynamic, double time) {
+  if (core == this->CoreModel && features == this->Features && dynamic == this->Dynamic && time == this->Time)
     return;
   this->CoreModel = std::move(core);
   this->Features = std::move(features);
-  this->Moving = std::move(moving);
+  this->Dynamic = std::move(dynamic);
   this->Time = time;
   this->Modified();
 }
 
 innergs::SegmentedModel vtkInnerGSModel::GetSegmented() const {
-  return {this->GetField(), this->Features, this->Moving, this->Time};
+  return {this->GetField(), this->Features, this->Dynamic, this->Time};
 }
 
 std::shared_ptr<const innergs::GaussianField> vtkInnerGSModel::GetField() const {

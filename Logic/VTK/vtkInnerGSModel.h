@@ -65,7 +65,7 @@ public:
 
   ///@{
   /// The segments that the Gaussians' features decode to, once they were learned from a labelmap; 0: none
-  /// yet. For a moving scan's model at a time, those of the scan.
+  /// yet. For a dynamic scan's model at a time, those of the scan.
   int GetNumberOfSegments();
   /// The name in the labelmap: "liver", "kidney_left". "" outside 0 to GetNumberOfSegments() − 1.
   std::string GetSegmentName(int index);
@@ -80,14 +80,14 @@ public:
   std::shared_ptr<const innergs::Model> GetCoreModel() const {
     return this->CoreModel;
   }
-  /// features: of this model's Gaussians; null: none. moving: the moving scan's model that this one shows at
+  /// features: of this model's Gaussians; null: none. dynamic: the dynamic scan's model that this one shows at
   /// a time (s), and that the features belong to; null: it does not move.
   void SetCoreModel(std::shared_ptr<const innergs::Model> core,
                     std::shared_ptr<const innergs::FeatureModel> features = nullptr,
-                    std::shared_ptr<const innergs::DynamicField> moving = nullptr, double time = 0);
-  /// Null without features, and for a moving scan's model at a time, which cannot be saved with them.
+                    std::shared_ptr<const innergs::DynamicField> dynamic = nullptr, double time = 0);
+  /// Null without features, and for a dynamic scan's model at a time, which cannot be saved with them.
   std::shared_ptr<const innergs::FeatureModel> GetFeatures() const {
-    return this->Moving ? nullptr : this->Features;
+    return this->Dynamic ? nullptr : this->Features;
   }
   /// What its segments are found in.
   innergs::SegmentedModel GetSegmented() const;
@@ -112,8 +112,8 @@ private:
 
   std::shared_ptr<const innergs::Model> CoreModel;
   std::shared_ptr<const innergs::FeatureModel> Features;
-  std::shared_ptr<const innergs::DynamicField> Moving; // null: it does not move
-  double Time = 0;                                     // s, of Moving
+  std::shared_ptr<const innergs::DynamicField> Dynamic; // null: it does not move
+  double Time = 0;                                      // s, of Dynamic
 #endif
 };
 

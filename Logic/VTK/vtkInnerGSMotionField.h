@@ -7,7 +7,7 @@ class vtkImageData;
 class vtkInnerGSDynamicModel;
 class vtkMatrix4x4;
 
-/// How a moving scan moves (input: vtkInnerGSDynamicModel): a displacement field (output: vtkImageData of
+/// How a dynamic scan moves (input: vtkInnerGSDynamicModel): a displacement field (output: vtkImageData of
 /// three floats, mm in RAS, "Displacement"). What lies at voxel centre x at the time From lies at x + d(x) at
 /// the time that the pipeline asks for, else Time; resampling the later volume through the field gives the
 /// one at From. The grid: a reference grid, or the fitted region's (default). It is an error if the

@@ -16,7 +16,7 @@ In Slicer's Python console, in a notebook or a script with slicer-core:
     job.cancel()
     job.result()                                               # waits
 
-    moving = innergs.reconstruct_moving(sequenceNode)          # a moving scan: a continuous volume in space and time
+    moving = innergs.reconstruct_moving(sequenceNode)          # a dynamic scan: a continuous volume in space and time
     innergs.set_time(moving.model, 1.25)                       # s; planes and values then show that moment
 
 Everything here is a thin front end of vtkSlicerInnerGSLogic (innergs.logic()). What goes wrong raises innergs.Error with a

@@ -1,4 +1,4 @@
-"""Moving scans: continuous volumes in space and time."""
+"""Dynamic scans: continuous volumes in space and time."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from ._parameters import apply_settings
 from ._scene import _classes, call, checked, logic_of, quiet
 
 MovingResult = collections.namedtuple("MovingResult", "model frames browser table training_psnr notes")
-MovingResult.__doc__ = """The result for a moving scan: nodes (table: None unless quality was judged), PSNR in dB on the fitted frames,
+MovingResult.__doc__ = """The result for a dynamic scan: nodes (table: None unless quality was judged), PSNR in dB on the fitted frames,
 and sentences that the user should read, with why the model is of its kind."""
 
 
 class MovingJob(Job):
-    """The reconstruction of a moving scan in the background."""
+    """The reconstruction of a dynamic scan in the background."""
 
     @property
     def recovery_file(self):
@@ -50,7 +50,7 @@ def _times(times):
 
 def start_moving(sequence, *, interval=0.0, kind="auto", times=None, rate=0.0, quality=True, slice_times=None,
                  resume="", keep=False, progress=None, preview=None, **settings):
-    """Starts the reconstruction of a moving scan in the background and returns a MovingJob. Arguments as in
+    """Starts the reconstruction of a dynamic scan in the background and returns a MovingJob. Arguments as in
     reconstruct_moving()."""
     owner = logic_of(sequence)
     request = _classes()[2].vtkSlicerInnerGSDynamicRequest()
@@ -72,7 +72,7 @@ def start_moving(sequence, *, interval=0.0, kind="auto", times=None, rate=0.0, q
 
 
 def reconstruct_moving(sequence, **choices):
-    """Reconstructs a moving scan, a sequence node of scalar volumes, and waits. Returns a MovingResult with new nodes.
+    """Reconstructs a dynamic scan, a sequence node of scalar volumes, and waits. Returns a MovingResult with new nodes.
 
     interval     seconds from one frame to the next, if the sequence's index is not a time
     kind         what changes with time: "motion", "intensity" (fMRI), "network" or "auto" (default): which of the first
@@ -86,22 +86,22 @@ def reconstruct_moving(sequence, **choices):
     keep         keep the state of a cancelled fit in the recovery folder; MovingJob.recovery_file then names the file
     progress     called with the job from time to time
     preview      called with the job when the model so far is new: job.preview(seconds)
-    any setting of moving scans (Docs/settings.md): knots, rounds, node_distance, gaussians, seed,
+    any setting of dynamic scans (Docs/settings.md): knots, rounds, node_distance, gaussians, seed,
                  threads, device ("auto", "cpu", "cuda", "cuda:N") ...
     """
     return start_moving(sequence, **choices).result()
 
 
 def set_time(model, seconds):
-    """Shows a moving model at a time: planes, followed views and values are those of that moment from then on."""
+    """Shows a dynamic model at a time: planes, followed views and values are those of that moment from then on."""
     model.SetTime(float(seconds))
 
 
 def frames(model, times=None, output=None):
-    """A moving model's frames at times in s (None: those it was fitted to) as a sequence node with a browser."""
+    """A dynamic model's frames at times in s (None: those it was fitted to) as a sequence node with a browser."""
     return call("CreateFrames", model, _times(times), output)
 
 
 def motion(model, times=None, start=None, output=None):
-    """A moving model's motion from a time (s; None: the middle frame's) as a sequence of grid transforms."""
+    """A dynamic model's motion from a time (s; None: the middle frame's) as a sequence of grid transforms."""
     return call("CreateMotion", model, _times(times), float("nan") if start is None else float(start), output)

@@ -19,7 +19,7 @@ def learn(model, labels=None, sparse=False, progress=None, features=None, texts=
           spacing=0.0):
     """Teaches a model segments of the same patient and waits; returns the model, which keeps and saves them.
 
-    A model of a moving scan learns from labels of the time that set_time() chose.
+    A model of a dynamic scan learns from labels of the time that set_time() chose.
 
     labels    a segmentation or label map node, whose names come from its colour table; sparse: unlabelled slices
               between labelled ones follow the scan
@@ -71,7 +71,7 @@ def find(model, text):
 def segment(model, text, output=None, threshold=0.0, largest_only=False, minimum_size=0.0, smoothing=0.0, spacing=0.0):
     """Segments by name, as a segmentation node: `output` or a new one, with terminology and colours.
 
-    A moving model gives those at the time of set_time().
+    A dynamic model gives those at the time of set_time().
 
     text          one structure in words, or a list of them; both sides where the side is open
     threshold     of the probability, 0 to 1; 0: where the segment is the likeliest
@@ -86,7 +86,7 @@ def segment(model, text, output=None, threshold=0.0, largest_only=False, minimum
 def score(model, text, output=None, spacing=0.0):
     """The probability of what a query means, 0 to 1, as a volume node: `output` or a new one.
 
-    For several segments, that of the likeliest; for a moving model, at the time of set_time(). spacing: of the
+    For several segments, that of the likeliest; for a dynamic model, at the time of set_time(). spacing: of the
     voxels in mm, 0: as in the fit.
     """
     return call("ScoreByText", model, text, output, spacing)

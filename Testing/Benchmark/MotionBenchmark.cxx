@@ -32,7 +32,7 @@ TimeSeries swinging() {
 }
 
 /// 42,875 Gaussians (the paper's 35³), carried; fitted once, roughly: the work of a query is the same.
-std::shared_ptr<const DynamicField> movingField() {
+std::shared_ptr<const DynamicField> dynamicField() {
   static const std::shared_ptr<const DynamicField> once = [] {
     Settings settings;
     settings.kind = DynamicKind::Motion;
@@ -45,7 +45,7 @@ std::shared_ptr<const DynamicField> movingField() {
 
 /// An oblique plane that turns from call to call, and its time.
 void planeAt(benchmark::State& state) {
-  static DynamicSampler sampler(movingField());
+  static DynamicSampler sampler(dynamicField());
   static int calls = 0;
   std::vector<float> pixels(std::size_t{kPixels} * kPixels);
   for (auto _ : state) {

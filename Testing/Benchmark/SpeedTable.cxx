@@ -108,7 +108,7 @@ std::string speedTable(const Outcome& outcome) {
                fixed(query, 1) + " ms (median of 200)", "≤ 16 ms",
                verdict(query <= 16, query - 16, 1, "ms")});
   for (const auto& [name, what] :
-       {std::pair{0, "oblique 512×512 plane of a moving scan, which moves at one time"},
+       {std::pair{0, "oblique 512×512 plane of a dynamic scan, which moves at one time"},
         {1, "the same, at another time each"}}) {
     const double plane = medians.milliseconds("moving_plane/new_time:" + std::to_string(name));
     table.add({what, "42,875 Gaussians that are carried (64×64×12 voxels, 12 frames)",

@@ -1,6 +1,6 @@
 #include "Core/Features/FeatureTraining.h"
+#include "Core/Motion/DynamicFeatures.h"
 #include "Core/Motion/DynamicField.h"
-#include "Core/Motion/MovingFeatures.h"
 #include "IO/RecoveredFit.h"
 #include "JobFixture.h"
 
@@ -25,7 +25,7 @@
 
 namespace {
 
-/// A scene with a moving scan: a blob on a ground, 1.2 mm along R per frame of 0.25 s, on an oblique grid.
+/// A scene with a dynamic scan: a blob on a ground, 1.2 mm along R per frame of 0.25 s, on an oblique grid.
 class DynamicTest : public JobTest {
 protected:
   static constexpr double step = 1.2; // mm per frame
@@ -302,7 +302,7 @@ TEST_F(DynamicTest, APreviewIsShownAndACancelledFitGoesOn) {
   ASSERT_TRUE(std::filesystem::exists(file));
   const auto kept = innergs::recoveredFits(logic->GetRecoveryFolder());
   ASSERT_EQ(kept.size(), 1u);
-  EXPECT_TRUE(kept[0].moving);
+  EXPECT_TRUE(kept[0].dynamic);
   EXPECT_EQ(kept[0].inputs, "Wrist");
   EXPECT_EQ(kept[0].iterations, 150 * 9);
   EXPECT_LT(kept[0].iteration, kept[0].iterations);
@@ -415,7 +415,7 @@ TEST_F(DynamicTest, SlicesHaveTimesOfTheirOwn) {
 }
 
 TEST_F(DynamicTest, WhatIsWrongIsOneSentence) {
-  EXPECT_NE(refusal(requestFor(nullptr)).find("no moving scan"), std::string::npos);
+  EXPECT_NE(refusal(requestFor(nullptr)).find("no dynamic scan"), std::string::npos);
   EXPECT_NE(refusal(requestFor(addSeries(1))).find("single frame"), std::string::npos);
   const auto counted = requestFor(addSeries(4, ""));
   EXPECT_NE(refusal(counted).find("no unit of time"), std::string::npos);
@@ -434,7 +434,7 @@ TEST_F(DynamicTest, WhatIsWrongIsOneSentence) {
   ASSERT_TRUE(logic->Reconstruct(addParameters(addVolume())));
   vtkMRMLInnerGSModelNode* still = logic->GetLastJob()->GetModelNode();
   EXPECT_EQ(logic->CreateFrames(still), nullptr);
-  EXPECT_NE(logic->GetLastError().find("not of a moving scan"), std::string::npos);
+  EXPECT_NE(logic->GetLastError().find("not of a dynamic scan"), std::string::npos);
 }
 
 } // namespace

@@ -1,4 +1,4 @@
-// Moving scans in the desktop app, from the file to the slider.
+// Dynamic scans in the desktop app, from the file to the slider.
 #include "AppWindowTest.h"
 #include "SyntheticImages.h"
 
@@ -29,7 +29,7 @@ class AppMotionTest : public AppWindowTest {
     writeTimeSeries(test::movingBlob(frames), app::pathOf(path));
     return path;
   }
-  /// Opens a moving scan; returns its ID.
+  /// Opens a dynamic scan; returns its ID.
   QString openScan(const QString& path) {
     open({path});
     [&] { TRY_COMPARE(host().document().volumes().size(), std::size_t{1}); }();
@@ -68,7 +68,7 @@ private Q_SLOTS:
     QCOMPARE(report.quality.size(), 3);
     QVERIFY(report.quality[0].psnr > 20);
     const QString id = report.modelId;
-    QVERIFY(host().document().model(id)->moving);
+    QVERIFY(host().document().model(id)->dynamic);
 
     // Any time is a volume in the views, and what the model is elsewhere.
     TRY_VERIFY(shown.size() > 0);
@@ -95,7 +95,7 @@ private Q_SLOTS:
     QCOMPARE(features.time, 2.25);
     QCOMPARE(host().setFeatures(id, std::make_shared<const FeatureModel>(features)), QString());
     const auto taught = host().document().model(id);
-    QVERIFY(taught->moving && !taught->saved);
+    QVERIFY(taught->dynamic && !taught->saved);
     QCOMPARE(taught->model->GetNumberOfSegments(), 1);
     QCOMPARE(taught->model->GetSegmented().time, 2.25);
 
@@ -109,8 +109,8 @@ private Q_SLOTS:
     // A saved model opens as what it is.
     open({model});
     TRY_COMPARE(host().document().models().size(), std::size_t{2});
-    QVERIFY(host().document().models().back()->moving);
-    QCOMPARE(QString::fromStdString(host().document().models().back()->moving->GetSegmentName(0)),
+    QVERIFY(host().document().models().back()->dynamic);
+    QCOMPARE(QString::fromStdString(host().document().models().back()->dynamic->GetSegmentName(0)),
              QString("blob"));
   }
 
@@ -213,7 +213,7 @@ private Q_SLOTS:
       [&] { TRY_VERIFY(finished.size() + failed.size() > 0); }();
       if (finished.isEmpty()) return std::vector<float>();
       const QString id = finished[0][0].value<ui::MotionReport>().modelId;
-      return host().document().model(id)->moving->GetField()->changes;
+      return host().document().model(id)->dynamic->GetField()->changes;
     };
     const std::vector<float> atOnce = changes();
     QVERIFY(!atOnce.empty());
@@ -246,7 +246,7 @@ private Q_SLOTS:
     QVERIFY(failed[1][0].toString().contains("above 0"));
     request.seriesId = "none";
     QVERIFY(!motion().start(request));
-    QVERIFY(failed[2][0].toString().contains("no moving scan"));
+    QVERIFY(failed[2][0].toString().contains("no dynamic scan"));
   }
 };
 

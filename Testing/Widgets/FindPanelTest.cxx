@@ -34,9 +34,9 @@ class TeachingHost : public FakeHost {
 public:
   testing::BoxPhantom phantom;
   NamedLabels labels{phantom.labels, {{1, "liver"}, {2, "kidney_left"}, {3, "kidney_right"}}};
-  vtkSmartPointer<vtkInnerGSDynamicModel> moving; // null: the model does not move
-  double time = 0;                                // s, that it is shown at
-  QString refusal, failure;                       // of labels: at the start, on the worker
+  vtkSmartPointer<vtkInnerGSDynamicModel> dynamic; // null: the model does not move
+  double time = 0;                                 // s, that it is shown at
+  QString refusal, failure;                        // of labels: at the start, on the worker
   MadeSegments shown;
   int previews = 0;
   QStringList kept;
@@ -61,9 +61,9 @@ public:
     };
   }
   QString setFeatures(const QString& id, const std::shared_ptr<const FeatureModel>& features) override {
-    if (moving) {
-      moving->SetField(moving->GetField(), features);
-      modelData[id] = vtkSmartPointer<vtkInnerGSModel>::Take(moving->NewModelAt(time));
+    if (dynamic) {
+      dynamic->SetField(dynamic->GetField(), features);
+      modelData[id] = vtkSmartPointer<vtkInnerGSModel>::Take(dynamic->NewModelAt(time));
     } else {
       modelData[id]->SetCoreModel(modelData[id]->GetCoreModel(), features);
     }
@@ -154,12 +154,12 @@ private Q_SLOTS:
     settings.gaussians = 400;
     const auto field = std::make_shared<const DynamicField>(*DynamicJob(series, settings).run().field);
     Shown shown;
-    shown.host.moving = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
-    shown.host.moving->SetField(field);
+    shown.host.dynamic = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
+    shown.host.dynamic->SetField(field);
     const auto showAt = [&](double time) {
       shown.host.time = time;
       shown.host.modelData[shown.id] =
-          vtkSmartPointer<vtkInnerGSModel>::Take(shown.host.moving->NewModelAt(time));
+          vtkSmartPointer<vtkInnerGSModel>::Take(shown.host.dynamic->NewModelAt(time));
       Q_EMIT shown.host.modelsChanged();
     };
     const auto diceAt = [&](double time) {

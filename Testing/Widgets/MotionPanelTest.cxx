@@ -23,7 +23,7 @@ using namespace innergs::ui;
 using innergs::Phase;
 using innergs::Progress;
 
-/// A made-up moving scan and its model; the test is the worker.
+/// A made-up dynamic scan and its model; the test is the worker.
 class FakeMotion : public MotionHost {
   Q_OBJECT
 public:
@@ -191,7 +191,7 @@ private Q_SLOTS:
   void itsSettingsAreTheTables() {
     panel_->setSeriesId("wrist");
     for (const innergs::Setting& row : innergs::settingsTable())
-      if (row.group == innergs::Setting::Group::Moving && row.name != std::string("kind"))
+      if (row.group == innergs::Setting::Group::Dynamic && row.name != std::string("kind"))
         QVERIFY2(panel_->findChild<QWidget*>(row.name), row.name);
     QCOMPARE(part<QComboBox>("motionKind")->count(), 1 + 3);
     part<QDoubleSpinBox>("knots")->setValue(9);

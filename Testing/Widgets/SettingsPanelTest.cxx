@@ -21,7 +21,7 @@ namespace {
 Settings unusualSettings() {
   Settings s;
   for (const innergs::Setting& row : innergs::settingsTable())
-    if (row.group != innergs::Setting::Group::Moving) row.setText(s, innergs::test::otherText(row));
+    if (row.group != innergs::Setting::Group::Dynamic) row.setText(s, innergs::test::otherText(row));
   s.gaussians = 12345;
   s.plateau.threshold = 3e-5;
   s.threads = 3;
@@ -156,7 +156,7 @@ private Q_SLOTS:
 
   void everySettingOfTheTableHasAField() {
     for (const innergs::Setting& row : innergs::settingsTable())
-      if (row.group != innergs::Setting::Group::Basic && row.group != innergs::Setting::Group::Moving) {
+      if (row.group != innergs::Setting::Group::Basic && row.group != innergs::Setting::Group::Dynamic) {
         auto* field = panel_->findChild<QWidget*>(row.name);
         QVERIFY2(field, row.name);
         QVERIFY2(field->toolTip().contains(QString(row.text).toHtmlEscaped()), row.name);

@@ -105,7 +105,7 @@ ui::ModelInfo AppHost::modelInfo(const QString& id) const {
   info.gaussians = item->model->GetNumberOfGaussians();
   info.bytes = static_cast<std::int64_t>(item->model->GetActualMemorySize()) * 1024;
   info.description =
-      QString::fromStdString(item->moving ? item->moving->GetDescription() : item->model->GetDescription());
+      QString::fromStdString(item->dynamic ? item->dynamic->GetDescription() : item->model->GetDescription());
   item->model->GetBounds(info.bounds.data());
   info.window = item->window;
   const GridGeometry& domain = item->model->GetField()->domain;
@@ -171,8 +171,8 @@ QString AppHost::save(const QString& id, const QString& file) {
   const auto volumeNow = document_.volume(id);
   const auto modelNow = document_.model(id);
   const bool same = (volume && volumeNow && volumeNow->volume == volume->volume) ||
-                    (model && modelNow && modelNow->moving == model->moving &&
-                     (model->moving || modelNow->model == model->model));
+                    (model && modelNow && modelNow->dynamic == model->dynamic &&
+                     (model->dynamic || modelNow->model == model->model));
   if (same && !(model && isPly(file))) document_.setSaved(id, file);
   return {};
 }
@@ -491,11 +491,11 @@ AppHost::labelsFor(const QString& modelId, const QString& labelsId, const QStrin
 QString AppHost::setFeatures(const QString& modelId, const std::shared_ptr<const FeatureModel>& features) {
   const auto item = document_.model(modelId);
   if (!item) return tr("The model is no longer open.");
-  if (item->moving) {
-    auto moving = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
-    moving->SetField(item->moving->GetField(), features);
-    document_.setModel(modelId, vtkSmartPointer<vtkInnerGSModel>::Take(moving->NewModelAt(item->time)),
-                       moving);
+  if (item->dynamic) {
+    auto dynamic = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
+    dynamic->SetField(item->dynamic->GetField(), features);
+    document_.setModel(modelId, vtkSmartPointer<vtkInnerGSModel>::Take(dynamic->NewModelAt(item->time)),
+                       dynamic);
     return {};
   }
   auto model = vtkSmartPointer<vtkInnerGSModel>::New();

@@ -55,7 +55,7 @@ bool AppMotionHost::start(const ui::MotionRequest& request) {
   if (running_ || host_->isRunning())
     refusal = tr("A reconstruction is running: wait for it or cancel it.");
   else if (!item || item->frames.count < 2)
-    refusal = tr("There is no moving scan: open a 4D file and choose it.");
+    refusal = tr("There is no dynamic scan: open a 4D file and choose it.");
   if (refusal.isEmpty()) {
     if (thread_.joinable()) thread_.join(); // at its end
     running_ = true;
@@ -183,7 +183,7 @@ void AppMotionHost::deliver(Outcome& outcome) {
 
 ui::MotionInfo AppMotionHost::motionInfo(const QString& modelId) const {
   const auto item = host_->document().model(modelId);
-  return item ? ui::motionInfoOf(item->moving, asked_.value(modelId, item->time)) : ui::MotionInfo();
+  return item ? ui::motionInfoOf(item->dynamic, asked_.value(modelId, item->time)) : ui::MotionInfo();
 }
 
 void AppMotionHost::receivePreview(const std::shared_ptr<const DynamicField>& field) {
@@ -223,25 +223,25 @@ void AppMotionHost::showWanted() {
   const Wanted wanted = *std::exchange(wanted_, std::nullopt);
   const bool preview = wanted.modelId.isEmpty();
   const auto item = host_->document().model(wanted.modelId);
-  const vtkSmartPointer<vtkInnerGSDynamicModel> moving = preview ? preview_ : item ? item->moving : nullptr;
-  if (!moving) return;
+  const vtkSmartPointer<vtkInnerGSDynamicModel> dynamic = preview ? preview_ : item ? item->dynamic : nullptr;
+  if (!dynamic) return;
   showing_ = true;
   const QString scan = preview ? previewShown_.scan : shown_.value(wanted.modelId).scan;
   const QString name = tr("%1 in time").arg(scan.isEmpty() && item ? item->name : scan);
-  frames_->run({}, [this, wanted, name, moving, preview, run = run_] {
+  frames_->run({}, [this, wanted, name, dynamic, preview, run = run_] {
     const auto model = std::make_shared<vtkSmartPointer<vtkInnerGSModel>>();
     const auto volume = std::make_shared<VolumeItem>();
     const QString error = sentenceOf([&] {
       double range[2] = {wanted.time, wanted.time};
-      moving->GetTimeRange(range);
+      dynamic->GetTimeRange(range);
       *model = vtkSmartPointer<vtkInnerGSModel>::Take(
-          moving->NewModelAt(std::clamp(wanted.time, range[0], range[1])));
+          dynamic->NewModelAt(std::clamp(wanted.time, range[0], range[1])));
       if (!*model) throw Error(ErrorCode::InvalidArgument, tr("This time cannot be shown.").toStdString());
       const GaussianField& field = (*model)->GetCoreModel()->field;
       *volume = makeItem(render(field, field.region()), name);
       volume->role = VolumeRole::Made; // the model can make it again, so it need not be saved
     });
-    return [this, wanted, moving, model, volume, error, preview, run] {
+    return [this, wanted, dynamic, model, volume, error, preview, run] {
       showing_ = false;
       if (preview && error.isEmpty() && running_ && run == run_) {
         volume->window = previewShown_.window;
@@ -251,7 +251,7 @@ void AppMotionHost::showWanted() {
       }
       const auto now = host_->document().model(wanted.modelId);
       if (!error.isEmpty()) Q_EMIT host_->logged(error);
-      if (error.isEmpty() && now && now->moving == moving) {
+      if (error.isEmpty() && now && now->dynamic == dynamic) {
         Shown& shown = shown_[wanted.modelId];
         if (shown.window) volume->window = shown.window;
         if (!host_->document().replace(shown.volumeId, *volume)) {
@@ -271,14 +271,15 @@ void AppMotionHost::showWanted() {
 
 QString AppMotionHost::saveFrames(const QString& modelId, double rate, const QString& file) {
   const auto item = host_->document().model(modelId);
-  if (!item || !item->moving) return tr("The model is no longer open and its frames cannot be saved.");
+  if (!item || !item->dynamic) return tr("The model is no longer open and its frames cannot be saved.");
   for (const auto& volume : host_->document().volumes())
     if (volume->frames.count > 1 && isSameFile(pathOf(volume->frames.file), pathOf(file)))
-      return tr("'%1' is the moving scan that is open as '%2': choose another file.").arg(file, volume->name);
+      return tr("'%1' is the dynamic scan that is open as '%2': choose another file.")
+          .arg(file, volume->name);
   QString error;
   host_->background().runAndWait(tr("Saving %1").arg(QFileInfo(file).fileName()), [&] {
     error = sentenceOf([&] {
-      const auto field = item->moving->GetField();
+      const auto field = item->dynamic->GetField();
       TimeSeries series{field->canonical.region(), {}, timesAtRate(rate, field->times), {}, {}};
       checkTimeSeriesPath(pathOf(file));
       FrameRenderer renderer(*field, series.geometry, {});

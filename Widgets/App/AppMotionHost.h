@@ -14,7 +14,7 @@ namespace innergs::app {
 class AppHost;
 class Background;
 
-/// Moving scans in the desktop app: 4D files of the document. A model of one is shown at a time as a volume
+/// Dynamic scans in the desktop app: 4D files of the document. A model of one is shown at a time as a volume
 /// of the document beside it.
 class AppMotionHost : public ui::MotionHost {
   Q_OBJECT

@@ -134,12 +134,12 @@ ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, cons
 
 ModelItem makeItem(const std::shared_ptr<const DynamicField>& field, const QString& name, const QString& file,
                    ModelNotes notes, std::shared_ptr<const FeatureModel> features) {
-  const auto moving = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
-  moving->SetField(field, std::move(features));
-  const auto first = vtkSmartPointer<vtkInnerGSModel>::Take(moving->NewModelAt(field->times.front()));
+  const auto dynamic = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
+  dynamic->SetField(field, std::move(features));
+  const auto first = vtkSmartPointer<vtkInnerGSModel>::Take(dynamic->NewModelAt(field->times.front()));
   ModelItem item = makeItem(first->GetCoreModel(), name, file, std::move(notes));
   item.model = first; // which knows the scan's segments
-  item.moving = moving;
+  item.dynamic = dynamic;
   item.time = field->times.front();
   return item;
 }

@@ -62,15 +62,15 @@ struct VolumeItem {
 /// A model of the document.
 struct ModelItem {
   QString id, name, file;
-  QString origin;                                 // the scans' names, or the file
-  ModelNotes notes;                               // what it was made from, for its file
-  vtkSmartPointer<vtkInnerGSModel> model;         // of a moving scan, its model at `time`
-  vtkSmartPointer<vtkInnerGSDynamicModel> moving; // null for others
-  double time = 0;                                // s
-  std::array<double, 2> window{0, 1};             // intensities worth showing
-  QString uncertaintyId;                          // the volume of its standard deviation; "" none
-  std::vector<FoundSlice> slices;                 // of its scans, where they were moved; not saved
-  vtkSmartPointer<vtkTable> sliceTable;           // the same; null: none was moved
+  QString origin;                                  // the scans' names, or the file
+  ModelNotes notes;                                // what it was made from, for its file
+  vtkSmartPointer<vtkInnerGSModel> model;          // of a dynamic scan, its model at `time`
+  vtkSmartPointer<vtkInnerGSDynamicModel> dynamic; // null for others
+  double time = 0;                                 // s
+  std::array<double, 2> window{0, 1};              // intensities worth showing
+  QString uncertaintyId;                           // the volume of its standard deviation; "" none
+  std::vector<FoundSlice> slices;                  // of its scans, where they were moved; not saved
+  vtkSmartPointer<vtkTable> sliceTable;            // the same; null: none was moved
   bool saved = true, ellipsoidsShown = false;
   std::int64_t ellipsoids = 0; // that the 3D view draws
 };
@@ -84,7 +84,7 @@ VolumeItem makeItem(Uncertainty uncertainty, const QString& name);
 ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, const QString& file = {},
                    ModelNotes notes = {}, std::shared_ptr<const FeatureModel> features = nullptr);
 
-/// Likewise for a moving scan's model, at its first frame's time.
+/// Likewise for a dynamic scan's model, at its first frame's time.
 ModelItem makeItem(const std::shared_ptr<const DynamicField>& field, const QString& name,
                    const QString& file = {}, ModelNotes notes = {},
                    std::shared_ptr<const FeatureModel> features = nullptr);

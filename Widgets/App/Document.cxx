@@ -108,11 +108,11 @@ void Document::setSaved(const QString& id, const QString& file) {
 }
 
 void Document::setModel(const QString& id, const vtkSmartPointer<vtkInnerGSModel>& content,
-                        const vtkSmartPointer<vtkInnerGSDynamicModel>& moving) {
+                        const vtkSmartPointer<vtkInnerGSDynamicModel>& dynamic) {
   const auto item = model(id);
   if (!item) return;
   item->model = content;
-  item->moving = moving;
+  item->dynamic = dynamic;
   item->saved = false;
   Q_EMIT modelsChanged();
 }

@@ -31,10 +31,10 @@ public:
   void rename(const QString& id, const QString& name);
   void remove(const QString& id);
   void setSaved(const QString& id, const QString& file);
-  /// Gives a model what it has learned; it is unsaved from now on. moving: the model of a moving scan, of
+  /// Gives a model what it has learned; it is unsaved from now on. dynamic: the model of a dynamic scan, of
   /// which `content` is the state at a time.
   void setModel(const QString& id, const vtkSmartPointer<vtkInnerGSModel>& content,
-                const vtkSmartPointer<vtkInnerGSDynamicModel>& moving = nullptr);
+                const vtkSmartPointer<vtkInnerGSDynamicModel>& dynamic = nullptr);
   void setEllipsoidsShown(const QString& id, bool shown);
   void setEllipsoidsDrawn(const QString& id, std::int64_t count);
 

@@ -96,7 +96,7 @@ Loaded readItem(const QString& path, int frame, std::optional<int> series) {
     loaded.model = readModelItem(path);
     return loaded;
   }
-  const auto files = frameFiles(pathOf(path)); // of a folder with a moving scan
+  const auto files = frameFiles(pathOf(path)); // of a folder with a dynamic scan
   if (!files.empty() && (frame < 0 || static_cast<std::size_t>(frame) >= files.size()))
     throw Error(ErrorCode::InvalidArgument,
                 tr("'%1' has no frame %2.").arg(path).arg(frame + 1).toStdString());
@@ -128,7 +128,7 @@ Loaded readItem(const QString& path, int frame, std::optional<int> series) {
                    frame, image.frameSeconds};
     notes << tr("'%1' holds %n frames: frame %2 is open; choose another below the list of data, or make a "
                 "continuous "
-                "volume in space and time of all in the panel Moving scan.",
+                "volume in space and time of all in the panel Dynamic scan.",
                 nullptr, item.frames.count)
                  .arg(item.name)
                  .arg(frame + 1);
@@ -167,9 +167,9 @@ void saveItem(const ModelItem& item, const QString& file) {
   if (isPly(file))
     writePly(item.model->GetCoreModel()->field, pathOf(file));
   else if (file.endsWith(QLatin1String(".innergs"), Qt::CaseInsensitive))
-    item.moving
-        ? writeDynamicModel(*item.moving->GetField(), pathOf(file), item.notes, {},
-                            item.moving->GetFeatures().get())
+    item.dynamic
+        ? writeDynamicModel(*item.dynamic->GetField(), pathOf(file), item.notes, {},
+                            item.dynamic->GetFeatures().get())
         : writeModel(*item.model->GetCoreModel(), pathOf(file), item.notes, item.model->GetFeatures().get());
   else
     throw Error(ErrorCode::InvalidArgument,

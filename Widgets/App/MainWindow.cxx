@@ -124,7 +124,7 @@ MainWindow::MainWindow(QWidget* parent)
     if (volume && volume->frames.count > 1) {
       motion_->setSeriesId(id);
       showPanel(QStringLiteral("motionDock"));
-    } else if (model && model->moving) {
+    } else if (model && model->dynamic) {
       motion_->setModelId(id);
       showPanel(QStringLiteral("motionDock"));
       host_->motion()->setTime(id, model->time);
@@ -167,14 +167,14 @@ MainWindow::MainWindow(QWidget* parent)
     if (host_->document().model(id)) setModel(id);
   });
   connect(motion_, &ui::MotionPanel::modelIdChanged, this, &MainWindow::setModel);
-  AppMotionHost& moving = host_->motionHost();
-  connect(&moving, &AppMotionHost::frameShown, state_, &ViewState::setVolumeId);
-  connect(&moving, &AppMotionHost::finished, this, [this](const ui::MotionReport& report) {
+  AppMotionHost& motionHost = host_->motionHost();
+  connect(&motionHost, &AppMotionHost::frameShown, state_, &ViewState::setVolumeId);
+  connect(&motionHost, &AppMotionHost::finished, this, [this](const ui::MotionReport& report) {
     list_->setCurrentId(report.modelId);
     reconstructionEnded();
   });
-  connect(&moving, &AppMotionHost::failed, this, [this] { closeWhenEnded_ = false; });
-  connect(&moving, &AppMotionHost::cancelled, this, &MainWindow::reconstructionEnded);
+  connect(&motionHost, &AppMotionHost::failed, this, [this] { closeWhenEnded_ = false; });
+  connect(&motionHost, &AppMotionHost::cancelled, this, &MainWindow::reconstructionEnded);
   updateActions();
   restoreLayout();
 }
@@ -225,7 +225,7 @@ void MainWindow::makeDocks() {
   modelLayout->addStretch(1);
   QDockWidget* data = addDock(list_, "dataDock", tr("Data"), false);
   QDockWidget* panels[] = {addDock(reconstruction_, "reconstructDock", tr("Reconstruct"), true),
-                           addDock(motion_, "motionDock", tr("Moving"), true),
+                           addDock(motion_, "motionDock", tr("Dynamic"), true),
                            addDock(query_, "queryDock", tr("Query"), true),
                            addDock(find_, "findDock", tr("Find"), true),
                            addDock(modelTop, "modelDock", tr("Model"), true),
@@ -524,7 +524,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
         QMessageBox::Question, QStringLiteral("InnerGS"),
         host_->isRunning()
             ? tr("A reconstruction is running. Stop it and close? You can continue it at the next start.")
-            : tr("A moving scan is being reconstructed. Stop it and close? Once its frames are refined "
+            : tr("A dynamic scan is being reconstructed. Stop it and close? Once its frames are refined "
                  "together, you can continue it at the next start."),
         QMessageBox::NoButton, this);
     box->setObjectName(QStringLiteral("runningBox"));

@@ -1,7 +1,7 @@
 // Writes the pictures of Docs/screenshots: drives the app as a person would, from the sample brain.
 // Usage: innergs_screenshots FOLDER [all|scaled]
 //        innergs_screenshots FOLDER find QUERY SCAN MODEL   a model that has learned segments, asked in words
-//        innergs_screenshots FOLDER moving SCAN             a moving scan, while it is fitted and afterwards
+//        innergs_screenshots FOLDER moving SCAN             a dynamic scan, while it is fitted and afterwards
 //        innergs_screenshots FOLDER slices (SCAN MASK)...   scans with their masks, and where their slices
 //        lie
 #include "Widgets/App/AppMotionHost.h"
@@ -102,8 +102,8 @@ bool showFound(MainWindow& window, const QString& query, const QStringList& file
   return waitFor([&] { return shown; }, 60000) && save(&window, picture);
 }
 
-/// The panel Moving with a moving scan that is fitted, and its result at a time between frames.
-bool showMoving(MainWindow& window, const QString& scan, const QString& folder) {
+/// The panel Dynamic with a dynamic scan that is fitted, and its result at a time between frames.
+bool showDynamic(MainWindow& window, const QString& scan, const QString& folder) {
   auto* host = window.host();
   innergs::app::AppMotionHost& motion = host->motionHost();
   host->open({scan});
@@ -183,7 +183,7 @@ int main(int argc, char** argv) {
                    [](const QString& sentence) { QTextStream(stderr) << sentence << "\n"; });
   if (argc > 5 && what == QLatin1String("find"))
     return !showFound(window, arguments[2], arguments.mid(3, 2), folder + QStringLiteral("app-find.png"));
-  if (argc > 3 && what == QLatin1String("moving")) return !showMoving(window, arguments[2], folder);
+  if (argc > 3 && what == QLatin1String("moving")) return !showDynamic(window, arguments[2], folder);
   if (argc > 4 && what == QLatin1String("slices")) return !showSlices(window, arguments.mid(2), folder);
   window.files()->openSample();
   if (!waitUntilRead(window) || host->document().volumes().empty()) return 1;

@@ -33,7 +33,7 @@ void VolumeSelector::fill() {
     const QSignalBlocker blocker(box_);
     box_->clear();
     if (role_ == Role::Series)
-      box_->addItem(tr("Choose a moving scan"), QString());
+      box_->addItem(tr("Choose a dynamic scan"), QString());
     else if (role_ == Role::Input)
       box_->addItem(document_->volumes().empty() ? tr("No volume yet") : tr("Choose a scan"), QString());
     else if (role_ == Role::Mask)

@@ -252,7 +252,7 @@ class InnerGSModuleTest(ModuleFixture):
         self.volume.SetAndObserveTransformNodeID(None)
         self.assertTrue(until(lambda: button.enabled))
         # The slow parts of the estimate arrive on their own.
-        reason = slicer.util.findChildren(self.find("deviceBox"), name="deviceReason")[0]  # moving scans have one, too
+        reason = slicer.util.findChildren(self.find("deviceBox"), name="deviceReason")[0]  # dynamic scans have one, too
         self.assertTrue(until(lambda: reason.text))
 
     def test_edits_of_the_mask_and_the_region_are_seen(self):

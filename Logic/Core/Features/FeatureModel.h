@@ -41,7 +41,7 @@ struct FeatureModel {
   IntensityScale scale;
   ClassSupport support;
   ClassResidual residual; // of labels; empty: none
-  double time = 0;        // s; of a moving model: the time that its labels belong to
+  double time = 0;        // s; of a dynamic model: the time that its labels belong to
 
   std::optional<EmbeddingDecoder> decoder; // of a dense teacher's features
   std::vector<float> embeddings;           // [class][decoder->size], of unit length; 0 for a background that

@@ -11,7 +11,7 @@ enum class Phase {
   Aligning,   // several scans, and the slices of each
   Predicting, // what lies between the slices of each scan
   Initialising,
-  Tracking, // fits a moving scan frame by frame
+  Tracking, // fits a dynamic scan frame by frame
   Fitting,
   Refining,
   Rendering,

@@ -88,7 +88,7 @@ GridGeometry fitCanonical(GaussianField& field, const std::vector<float>& frame,
   for (int a = 0; a < 3; ++a)
     margin[a] = std::max<std::int64_t>(1, std::llround(plan.margin * voxel / g.spacing[a]));
   const Volume volume = padded(frame, g, margin);
-  // Placed as if voxels were cubes, then stretched: the slices of a moving scan are often thick.
+  // Placed as if voxels were cubes, then stretched: the slices of a dynamic scan are often thick.
   Stack cubes;
   cubes.image = volume;
   cubes.image.geometry.origin = {0, 0, 0};

@@ -10,7 +10,7 @@
 
 namespace innergs {
 
-/// All parameters of the fit to one frame of a moving scan.
+/// All parameters of the fit to one frame of a dynamic scan.
 struct CanonicalPlan {
   std::int64_t gaussians = 8'000;
   int iterations = 80;

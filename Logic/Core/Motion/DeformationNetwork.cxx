@@ -114,7 +114,7 @@ void initialise(DeformationNetwork& network, std::uint64_t seed) {
 
 void checkDeformation(const DeformationNetwork& network) {
   const auto fail = [](const std::string& what) {
-    throw Error(ErrorCode::FileFormat, "The moving model cannot be used: " + what);
+    throw Error(ErrorCode::FileFormat, "The dynamic model cannot be used: " + what);
   };
   if (network.levels.empty() || network.levels.size() > 4)
     fail("its deformation network has no levels or too many.");

@@ -49,7 +49,7 @@ DynamicField emptyField(DynamicKind kind, const TimeSeries& series, const Intens
 void checkDynamicField(const DynamicField& field) {
   checkField(field.canonical);
   const auto fail = [](const std::string& what) {
-    throw Error(ErrorCode::FileFormat, "The moving model cannot be used: " + what);
+    throw Error(ErrorCode::FileFormat, "The dynamic model cannot be used: " + what);
   };
   if (field.times.size() < 2) fail("it has fewer than two frame times.");
   for (std::size_t f = 0; f < field.times.size(); ++f)

@@ -40,7 +40,7 @@ struct DynamicResult {
 std::int64_t estimateMemory(const TimeSeries& series, const Settings& settings);
 
 /// Makes a continuous volume in space and time from a series. Uses only the settings that
-/// concernsMovingScans() names. Moving Gaussians are fitted on the chosen device, as static ones are;
+/// concernsDynamicScans() names. Moving Gaussians are fitted on the chosen device, as static ones are;
 /// changing intensities, on the CPU. With the same series, settings, seed and device, bit-identical at any
 /// number of threads, stopped and resumed or not.
 class DynamicJob {

@@ -9,7 +9,7 @@
 
 namespace innergs {
 
-/// The error of fields on the frames of a moving scan, and its gradient: on a device or, without one or once
+/// The error of fields on the frames of a dynamic scan, and its gradient: on a device or, without one or once
 /// it fails, on the CPU.
 class FrameLoss {
 public:

@@ -6,7 +6,7 @@ namespace innergs {
 /// The grid's values at a time, six per node.
 std::vector<float> nodesAt(const DynamicField& field, double time);
 
-/// Moves the Gaussians of a moving field to their positions at a time, and passes gradients back. Sums over
+/// Moves the Gaussians of a dynamic field to their positions at a time, and passes gradients back. Sums over
 /// the Gaussians of a node have a fixed order.
 class Poser {
 public:

@@ -16,7 +16,7 @@ void checkTimeSeries(const TimeSeries& series) {
   const auto fail = [&](ErrorCode code, const std::string& sentence) { throw Error(code, what + sentence); };
   if (series.size() < 2)
     fail(ErrorCode::InvalidArgument,
-         " has a single frame; a moving scan needs at least two: for one volume use reconstruct.");
+         " has a single frame; a dynamic scan needs at least two: for one volume use reconstruct.");
   if (series.times.size() != series.frames.size())
     fail(ErrorCode::InvalidArgument, " has " + std::to_string(series.times.size()) + " times for " +
                                          std::to_string(series.frames.size()) +

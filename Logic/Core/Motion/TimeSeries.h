@@ -7,7 +7,7 @@
 
 namespace innergs {
 
-/// Volumes of one grid at increasing times: a moving scan. Times need not be evenly spaced; frames may be
+/// Volumes of one grid at increasing times: a dynamic scan. Times need not be evenly spaced; frames may be
 /// missing.
 struct TimeSeries {
   GridGeometry geometry;

@@ -2,7 +2,7 @@
 
 namespace innergs {
 
-/// How a moving scan's field changes with time.
+/// How a dynamic scan's field changes with time.
 enum class DynamicKind {
   Motion,    // Gaussians that move and turn
   Intensity, // Gaussians that stay where they are and change their intensity

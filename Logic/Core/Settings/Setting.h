@@ -50,14 +50,14 @@ struct SettingNotes {
   double usual = 0;                           // where a panel's steps start from automatic; 0: the lowest
   bool (*applies)(const Settings&) = nullptr; // whether it has an effect, given withPresetValues()
   void (*checkText)(const std::string&) = nullptr; // throws Error
-  bool moving = false;                             // the fit of a moving scan uses it as well
+  bool dynamic = false;                            // the fit of a dynamic scan uses it as well
 };
 
 /// One row of settingsTable(): everything that any layer shows or checks for one setting. Texts are English
 /// and marked for translation in the context "innergs".
 struct Setting : SettingNotes {
   /// Where panels and help list it; panels have a dedicated place for Basic ones.
-  enum class Group { Basic, Model, Fit, LearningRates, Densification, Computation, Moving };
+  enum class Group { Basic, Model, Fit, LearningRates, Densification, Computation, Dynamic };
 
   Setting(const char* name, SettingMember member, Group group, const char* label, const char* text,
           SettingNotes notes = {})

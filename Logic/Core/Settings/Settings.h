@@ -102,7 +102,7 @@ struct Settings {
   std::string device = "auto";                         // "cpu", "cuda", "cuda:N"; auto: a GPU if the fit fits
   std::uint64_t seed = 1;
 
-  // Only for moving scans (Motion/DynamicJob.h).
+  // Only for dynamic scans (Motion/DynamicJob.h).
   std::optional<DynamicKind> kind;
   std::optional<int> knots;           // coefficients over the whole time
   std::optional<int> rounds;          // of the joint refinement

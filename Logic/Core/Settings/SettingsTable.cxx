@@ -57,7 +57,7 @@ const std::vector<Setting>& settingsTable() {
           tr("Where the fit runs: auto (a GPU, if there is one with enough memory), cpu, cuda or cuda:N."),
           {.part = Result,
            .checkText = [](const std::string& text) { parseDeviceRequest(text); },
-           .moving = true}),
+           .dynamic = true}),
       Setting("fill", MEMBER(fill), Basic, tr("Outside the mask"),
               tr("Value of the volume, and of every later query of the model, outside the mask."),
               {.part = Result, .range = between(-1e30, 1e30)}),
@@ -82,7 +82,7 @@ const std::vector<Setting>& settingsTable() {
               {.range = between(1, 1e9),
                .automatic = tr("chosen from the data"),
                .usual = 10000,
-               .moving = true}),
+               .dynamic = true}),
       Setting("ensembleSize", MEMBER(ensembleSize), Model, tr("Merged fields"),
               tr("Number of fields fitted independently and merged: more are slower, but less noisy between "
                  "slices."),
@@ -200,45 +200,45 @@ const std::vector<Setting>& settingsTable() {
                          {"method2", tr("paper's method 2")}}}),
       Setting("threads", MEMBER(threads), Computation, tr("Threads"),
               tr("CPU threads to use; the result does not depend on it."),
-              {.part = Speed, .range = between(0, 4096), .zero = tr("all cores"), .moving = true}),
+              {.part = Speed, .range = between(0, 4096), .zero = tr("all cores"), .dynamic = true}),
       Setting("instructionSet", MEMBER(instructionSet), Computation, tr("Instruction set"),
               tr("The CPU's vector instructions to use, as listed by 'innergs info'; scalar is the plain "
                  "reference."),
-              {.part = Speed, .automatic = tr("best available"), .moving = true}),
+              {.part = Speed, .automatic = tr("best available"), .dynamic = true}),
       Setting("seed", MEMBER(seed), Computation, tr("Seed"),
               tr("The same seed gives the same result, bit for bit, on any number of threads."),
-              {.moving = true}),
+              {.dynamic = true}),
 
-      Setting("kind", MEMBER(kind), Moving, tr("What changes"),
-              tr("Moving scans: Gaussians that move and turn, that stay and change their intensity (fMRI), "
+      Setting("kind", MEMBER(kind), Dynamic, tr("What changes"),
+              tr("Dynamic scans: Gaussians that move and turn, that stay and change their intensity (fMRI), "
                  "or that a deformation network changes, as in the paper."),
               {.words = {{"motion", tr("The tissue moves")},
                          {"intensity", tr("It stays and changes its intensity (fMRI)")},
                          {"network", tr("It moves, by a deformation network (slower)")}},
                .automatic = tr("motion or intensity, which predicts held-out frames better")}),
-      Setting("knots", MEMBER(knots), Moving, tr("Knots in time"),
-              tr("Moving scans: how many coefficients describe what changes over the whole time."),
+      Setting("knots", MEMBER(knots), Dynamic, tr("Knots in time"),
+              tr("Dynamic scans: how many coefficients describe what changes over the whole time."),
               {.range = between(4, 4096),
                .automatic = tr("motion: those that predict held-out frames best; intensity: one per 3 "
                                "frames, more where held-out frames change faster; network: one per 2 frames"),
                .usual = 12}),
-      Setting("rounds", MEMBER(rounds), Moving, tr("Rounds"),
-              tr("Moving scans: passes of the joint refinement over all frames; intensities are solved for "
+      Setting("rounds", MEMBER(rounds), Dynamic, tr("Rounds"),
+              tr("Dynamic scans: passes of the joint refinement over all frames; intensities are solved for "
                  "without it."),
               {.range = between(1, 10000),
                .automatic = tr("motion: 35; network: 80; fewer for many frames"),
                .usual = 35,
                .applies = refines}),
-      Setting("nodeDistance", MEMBER(nodeDistance), Moving, tr("Distance of motion nodes"),
-              tr("Moving scans whose Gaussians move: distance between the nodes of the motion grid, in "
+      Setting("nodeDistance", MEMBER(nodeDistance), Dynamic, tr("Distance of motion nodes"),
+              tr("Dynamic scans whose Gaussians move: distance between the nodes of the motion grid, in "
                  "the finest spacing."),
               {.range = between(1, 100),
                .unit = tr("voxels"),
                .automatic = "6",
                .usual = 6,
                .applies = mayCarry}),
-      Setting("sliceTiming", MEMBER(sliceTiming), Moving, tr("Slice timing"),
-              tr("Moving scans whose intensity changes: take each slice at its own time, from the NIfTI "
+      Setting("sliceTiming", MEMBER(sliceTiming), Dynamic, tr("Slice timing"),
+              tr("Dynamic scans whose intensity changes: take each slice at its own time, from the NIfTI "
                  "header, BIDS file or scene, instead of the whole frame at once."),
               {.automatic = tr("true where the scan has slice times"), .applies = mayChange}),
   };
@@ -262,8 +262,8 @@ const char* groupTitle(Setting::Group group) {
     return tr("Densification");
   case Computation:
     return tr("Computation");
-  case Moving:
-    return tr("Moving scans");
+  case Dynamic:
+    return tr("Dynamic scans");
   }
   return "";
 }
@@ -313,16 +313,16 @@ std::string settingsText(const Settings& settings, double heldOutFraction) {
   return text + "heldOutFraction=" + exactText(heldOutFraction);
 }
 
-std::string movingSettingsText(const Settings& settings) {
+std::string dynamicSettingsText(const Settings& settings) {
   std::string text;
   for (const Setting& row : settingsTable())
-    if (concernsMovingScans(row) && row.name != std::string("device") && isNamedResult(row, settings))
+    if (concernsDynamicScans(row) && row.name != std::string("device") && isNamedResult(row, settings))
       text += (text.empty() ? "" : "; ") + (row.name + ("=" + row.textIn(settings)));
   return text;
 }
 
-bool concernsMovingScans(const Setting& row) {
-  return row.moving || row.group == Setting::Group::Moving;
+bool concernsDynamicScans(const Setting& row) {
+  return row.dynamic || row.group == Setting::Group::Dynamic;
 }
 
 std::string automaticText(const Setting& row) {

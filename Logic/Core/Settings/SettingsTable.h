@@ -10,8 +10,8 @@ const std::vector<Setting>& settingsTable();
 /// Throws Error(InvalidArgument) for an unknown name; the message suggests the nearest one.
 const Setting& settingNamed(const std::string& name);
 
-/// Whether the fit of a moving scan uses it. No other fit uses those of the group Moving.
-bool concernsMovingScans(const Setting& row);
+/// Whether the fit of a dynamic scan uses it. No other fit uses those of the group Dynamic.
+bool concernsDynamicScans(const Setting& row);
 
 /// "Learning rates" etc., for the lists in panels, help and documentation.
 const char* groupTitle(Setting::Group group);
@@ -21,8 +21,8 @@ std::string automaticText(const Setting& row);
 
 /// "name=value; ...": every setting that affected a result.
 std::string settingsText(const Settings& settings, double heldOutFraction);
-/// The same for a moving scan.
-std::string movingSettingsText(const Settings& settings);
+/// The same for a dynamic scan.
+std::string dynamicSettingsText(const Settings& settings);
 
 /// The rows of the table in Docs/settings.md.
 std::string settingsMarkdown();

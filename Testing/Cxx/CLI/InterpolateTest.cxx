@@ -42,7 +42,7 @@ TEST_F(InterpolateTest, FramesAtAnyTimeAndAModelThatGivesMore) {
   const auto info = nlohmann::json::parse(run({"info", path("m.innergs"), "--json"}).out);
   EXPECT_EQ(info.at("changes_by"), "motion");
   EXPECT_EQ(info.at("frames"), 6);
-  expectOneSentence(run({"resample", path("m.innergs"), "-o", path("a.nii")}), 1, "moving scan");
+  expectOneSentence(run({"resample", path("m.innergs"), "-o", path("a.nii")}), 1, "dynamic scan");
 }
 
 /// ITK's own warping of one frame by a displacement field brings it onto the other.

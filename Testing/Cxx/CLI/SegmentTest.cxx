@@ -124,7 +124,7 @@ TEST_F(SegmentTest, LabelsEveryFrameOfAMovingScan) {
       "--time");
   expectOneSentence(run({"segment", path("moving.innergs"), "--query", "liver", "-o", path("out/x.nii")}), 1,
                     "--labels");
-  expectOneSentence(segment({"-q", "--query", "liver", "--time", "1"}), 2, "moving scan");
+  expectOneSentence(segment({"-q", "--query", "liver", "--time", "1"}), 2, "dynamic scan");
 }
 
 TEST_F(SegmentTest, WhatGoesWrongIsOneSentence) {

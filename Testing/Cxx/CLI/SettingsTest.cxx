@@ -23,7 +23,7 @@ TEST_F(SettingsTest, EveryOneHasAnOption) {
     std::vector<std::string> all = plain;
     for (const Setting& row : settingsTable()) {
       const std::vector<std::string> option = optionOf(row, otherText(row));
-      if (moving ? concernsMovingScans(row) : row.group != Setting::Group::Moving) {
+      if (moving ? concernsDynamicScans(row) : row.group != Setting::Group::Dynamic) {
         all.insert(all.end(), option.begin(), option.end());
       } else {
         std::vector<std::string> arguments = plain;
@@ -50,7 +50,7 @@ TEST_F(SettingsTest, EveryOneIsInTheReport) {
   expectSuccess(run(arguments));
   const auto settings = nlohmann::json::parse(contents("r.json")).at("settings");
   for (const Setting& row : settingsTable())
-    EXPECT_EQ(settings.contains(row.name), row.group != Setting::Group::Moving) << row.name;
+    EXPECT_EQ(settings.contains(row.name), row.group != Setting::Group::Dynamic) << row.name;
   EXPECT_EQ(settings.at("fill"), 1.0 / 3);
   EXPECT_EQ(settings.at("lossWeight"), 1.0 / 3);
   EXPECT_EQ(settings.at("cutoff"), 1.3333333333333333);

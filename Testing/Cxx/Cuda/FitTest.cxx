@@ -69,7 +69,7 @@ TEST_P(Fits, TrainToTheSameQuality) {
   }
 }
 
-/// Two scans of one grid, as the frames of a moving scan are.
+/// Two scans of one grid, as the frames of a dynamic scan are.
 TEST_P(Fits, GradientOfOneScanAsTheCpu) {
   const auto& [where, c] = GetParam();
   INNERGS_EXECUTOR_OR_SKIP(executor, where);

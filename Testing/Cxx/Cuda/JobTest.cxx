@@ -144,7 +144,7 @@ TEST_P(Jobs, AnswerQueriesAsTheCpu) {
 }
 
 /// Rounding, which Adam's steps amplify, must stay far below the error of the fit itself.
-TEST(MovingJobs, GiveTheFramesOfTheCpu) {
+TEST(DynamicJobs, GiveTheFramesOfTheCpu) {
   usePlugin();
   const TimeSeries series = movingPhantom(evenTimes(5));
   for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Network}) {

@@ -63,7 +63,7 @@ TEST(RecoveredFit, OfAMovingScan) {
   const auto first = writeRecoveredFit(fit, about, folder.path());
   const auto found = recoveredFits(folder.path());
   ASSERT_EQ(found.size(), 1u);
-  EXPECT_TRUE(found[0].moving);
+  EXPECT_TRUE(found[0].dynamic);
   EXPECT_EQ(found[0].settings, about.settings);
   EXPECT_EQ(found[0].iteration, 12);
   EXPECT_EQ(found[0].iterations, 400);
@@ -100,7 +100,7 @@ TEST(RecoveredFit, OfAStoppedMovingScanOnlyWhereThereIsAState) {
   const auto found = recoveredFits(folder.path());
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].file, about.file);
-  EXPECT_TRUE(found[0].moving);
+  EXPECT_TRUE(found[0].dynamic);
   EXPECT_EQ(found[0].iteration, 12);
   EXPECT_EQ(found[0].iterations, 400);
 }

@@ -3,9 +3,9 @@
 #include "../Core/Motion/MovingPhantom.h"
 
 #include "Core/Features/FeatureTraining.h"
+#include "Core/Motion/DynamicFeatures.h"
 #include "Core/Motion/DynamicJob.h"
 #include "Core/Motion/MotionField.h"
-#include "Core/Motion/MovingFeatures.h"
 #include "Core/Render/Render.h"
 #include "vtkInnerGSDynamicModel.h"
 #include "vtkInnerGSDynamicReconstruct.h"
@@ -242,7 +242,7 @@ TEST(Dynamic, WhatIsWrongIsOneSentence) {
             }).find("single frame"),
             std::string::npos);
   vtkNew<vtkInnerGSInterpolateTime> at;
-  EXPECT_NE(failure(at).find("no model of a moving scan"), std::string::npos);
+  EXPECT_NE(failure(at).find("no model of a dynamic scan"), std::string::npos);
 }
 
 /// Slices at their own times give what the job gives of them, and another model than frames at one time.

@@ -17,7 +17,7 @@ struct LinearMotion {
   Vec3 at(const Vec3& x, double time) const { return x + tau(time) * (a * x + b); }
 };
 
-DynamicField movingField(const LinearMotion& motion) {
+DynamicField dynamicField(const LinearMotion& motion) {
   DynamicField field;
   field.times = {0, 2, 4, 6};
   // A model frame that is turned and shifted against the world.
@@ -45,7 +45,7 @@ DynamicField movingField(const LinearMotion& motion) {
 
 TEST(MotionField, LeadsFromOneTimeToTheOther) {
   const LinearMotion motion;
-  const DynamicField field = movingField(motion);
+  const DynamicField field = dynamicField(motion);
   const GridGeometry geometry = grid(5, 4, 3, {2, 2.5, 3}, {-5, -4, 2});
   const double from = 1.5, to = 4.5;
   const std::vector<float> d = motionField(field, from, to, geometry);
@@ -68,7 +68,7 @@ TEST(MotionField, LeadsFromOneTimeToTheOther) {
 }
 
 TEST(MotionField, NeedsGaussiansThatMove) {
-  DynamicField field = movingField({});
+  DynamicField field = dynamicField({});
   field.kind = DynamicKind::Intensity;
   EXPECT_THROW(motionField(field, 0, 1, grid(2, 2, 2)), Error);
   field.kind = DynamicKind::Motion;

@@ -1,4 +1,4 @@
-#include "Core/Motion/MovingFeatures.h"
+#include "Core/Motion/DynamicFeatures.h"
 
 #include "Core/Motion/MotionField.h"
 

@@ -1,4 +1,4 @@
-#include "Core/Motion/MovingFeatures.h"
+#include "Core/Motion/DynamicFeatures.h"
 #include "Core/Features/FeatureTraining.h"
 #include "Core/Motion/DynamicJob.h"
 #include "MovingPhantom.h"
@@ -8,9 +8,9 @@
 namespace innergs::testing {
 namespace {
 
-class MovingFeatures : public ::testing::TestWithParam<DynamicKind> {};
+class DynamicFeatures : public ::testing::TestWithParam<DynamicKind> {};
 
-TEST_P(MovingFeatures, LabelsFollowTheTissueToTimesThatWereNotSeen) {
+TEST_P(DynamicFeatures, LabelsFollowTheTissueToTimesThatWereNotSeen) {
   const TimeSeries all = movingPhantom(evenTimes(13));
   const std::vector<std::int64_t> heldOut{3, 6, 9};
   std::vector<std::int64_t> kept;
@@ -42,7 +42,7 @@ TEST_P(MovingFeatures, LabelsFollowTheTissueToTimesThatWereNotSeen) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, MovingFeatures, ::testing::Values(DynamicKind::Motion, DynamicKind::Network));
+INSTANTIATE_TEST_SUITE_P(Kinds, DynamicFeatures, ::testing::Values(DynamicKind::Motion, DynamicKind::Network));
 
 } // namespace
 } // namespace innergs::testing

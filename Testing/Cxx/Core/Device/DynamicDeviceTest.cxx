@@ -15,8 +15,8 @@ using innergs::test::has;
 
 namespace {
 
-/// Moving scans with the fake plugin.
-class MovingDevice : public FakeDevice {
+/// Dynamic scans with the fake plugin.
+class DynamicDevice : public FakeDevice {
 protected:
   static Settings shortFit(DynamicKind kind, const std::string& device) {
     Settings settings;
@@ -53,7 +53,7 @@ protected:
 
 } // namespace
 
-TEST_F(MovingDevice, RunsOnTheDeviceAndSaysSo) {
+TEST_F(DynamicDevice, RunsOnTheDeviceAndSaysSo) {
   for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Network}) {
     SCOPED_TRACE(dynamicKindName(kind));
     Settings scalar = shortFit(kind, "cpu"); // as the fake device computes
@@ -82,7 +82,7 @@ TEST_F(MovingDevice, RunsOnTheDeviceAndSaysSo) {
   }
 }
 
-TEST_F(MovingDevice, GoesOnOnTheCpuWhenItFails) {
+TEST_F(DynamicDevice, GoesOnOnTheCpuWhenItFails) {
   for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Network}) {
     const DynamicResult cpu = run(shortFit(kind, "cpu"));
     struct Case {
@@ -111,7 +111,7 @@ TEST_F(MovingDevice, GoesOnOnTheCpuWhenItFails) {
   }
 }
 
-TEST_F(MovingDevice, WithTooLittleMemoryIsNotUsed) {
+TEST_F(DynamicDevice, WithTooLittleMemoryIsNotUsed) {
   for (const char* how : {"small", "make"}) {
     fails(how);
     const DynamicResult result = run(shortFit(DynamicKind::Motion, "cuda"));
@@ -122,7 +122,7 @@ TEST_F(MovingDevice, WithTooLittleMemoryIsNotUsed) {
   }
 }
 
-TEST_F(MovingDevice, ThatIsNotThereIsRefusedBeforeAnyWork) {
+TEST_F(DynamicDevice, ThatIsNotThereIsRefusedBeforeAnyWork) {
   fails("none");
   const Error error = test::errorOf([&] { run(shortFit(DynamicKind::Motion, "cuda")); });
   EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
@@ -133,7 +133,7 @@ TEST_F(MovingDevice, ThatIsNotThereIsRefusedBeforeAnyWork) {
   EXPECT_TRUE(result.notes.empty()) << "nothing went wrong";
 }
 
-TEST_F(MovingDevice, IsChosenWhereItPays) {
+TEST_F(DynamicDevice, IsChosenWhereItPays) {
   const DynamicResult small = run(shortFit(DynamicKind::Motion, "auto"));
   EXPECT_EQ(small.device.id, "cpu");
   EXPECT_TRUE(has(small.device.reason, "The fit is small")) << small.device.reason;
@@ -147,7 +147,7 @@ TEST_F(MovingDevice, IsChosenWhereItPays) {
   }
 }
 
-TEST_F(MovingDevice, LeavesIntensitiesToTheCpuAndSaysSo) {
+TEST_F(DynamicDevice, LeavesIntensitiesToTheCpuAndSaysSo) {
   const DynamicResult asked = run(shortFit(DynamicKind::Intensity, "cuda:0"));
   EXPECT_EQ(asked.device.id, "cpu");
   EXPECT_TRUE(has(asked.device.reason, "only the CPU does")) << asked.device.reason;
@@ -156,7 +156,7 @@ TEST_F(MovingDevice, LeavesIntensitiesToTheCpuAndSaysSo) {
   EXPECT_TRUE(run(shortFit(DynamicKind::Intensity, "auto")).notes.empty());
 }
 
-TEST_F(MovingDevice, StopsAndGoesOnOnTheCpu) {
+TEST_F(DynamicDevice, StopsAndGoesOnOnTheCpu) {
   const Settings settings = shortFit(DynamicKind::Motion, "cuda");
   const DynamicResult stopped = run(settings, Phase::Fitting);
   ASSERT_TRUE(stopped.cancelled);
@@ -166,7 +166,7 @@ TEST_F(MovingDevice, StopsAndGoesOnOnTheCpu) {
   EXPECT_GT(agreement(job.run(), run(settings)), 40);
 }
 
-TEST_F(MovingDevice, RendersFramesWhereAsked) {
+TEST_F(DynamicDevice, RendersFramesWhereAsked) {
   Settings settings = shortFit(DynamicKind::Motion, "cpu");
   const DynamicResult result = run(settings);
   const auto frames = [&](const std::string& device, std::string* problem = nullptr) {

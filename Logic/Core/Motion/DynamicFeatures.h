@@ -4,7 +4,7 @@
 
 namespace innergs {
 
-/// A moving model at a time (s) as its features see it: the Gaussians where they are then, but with their
+/// A dynamic model at a time (s) as its features see it: the Gaussians where they are then, but with their
 /// canonical intensities, as a contrast agent does not change a tissue's class.
 GaussianField featureFieldAt(const DynamicField& field, double time);
 
