@@ -28,7 +28,7 @@ Volume readVolume(const std::filesystem::path& path, const ReadOptions& options 
 /// or of a tracked sweep get poses, and remarks say so; a sweep needs its calibration, in the file or given.
 Stack readStack(const std::filesystem::path& path, const ReadOptions& options = {});
 
-/// A label image or mask: every non-zero voxel is inside. Throws Error(NoData) if empty.
+/// A labelmap or mask: every non-zero voxel is inside. Throws Error(NoData) if empty.
 Mask readMask(const std::filesystem::path& path);
 
 /// Writes NIfTI (.nii, .nii.gz), NRRD (.nrrd) or MetaImage (.mha) atomically. NIfTI stores its geometry in

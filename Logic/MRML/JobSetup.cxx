@@ -126,7 +126,7 @@ std::vector<vtkMRMLVolumeNode*> inputsOf(Parameters* parameters) {
     if (!input) continue;
     if (vtkMRMLLabelMapVolumeNode::SafeDownCast(input))
       refuse(ErrorCode::UnsupportedImage,
-             "The input " + quoted(input) + " is a label map: choose the scan that it belongs to.");
+             "The input " + quoted(input) + " is a labelmap: choose the scan that it belongs to.");
     inputs.push_back(input);
   }
   if (inputs.empty()) throw noInputError();
@@ -142,14 +142,14 @@ vtkMRMLTransformableNode* ownMaskOf(Parameters* parameters, vtkMRMLVolumeNode* i
   auto* placed = vtkMRMLTransformableNode::SafeDownCast(mask);
   if (!placed)
     refuse(ErrorCode::InvalidArgument,
-           "The mask " + quoted(mask) + " is neither a label map nor a segmentation: choose one.");
+           "The mask " + quoted(mask) + " is neither a labelmap nor a segmentation: choose one.");
   return placed;
 }
 
 /// None, one for all inputs, or one for each.
 std::vector<vtkMRMLTransformableNode*> masksOf(Parameters* parameters) {
   auto* common = referenced<vtkMRMLTransformableNode>(parameters, Parameters::GetMaskReferenceRole(), 0,
-                                                      "The mask", "a label map or segmentation");
+                                                      "The mask", "a labelmap or segmentation");
   const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
   std::vector<vtkMRMLTransformableNode*> own;
   for (vtkMRMLVolumeNode* input : inputs)
@@ -174,7 +174,7 @@ void setMasks(vtkInnerGSReconstruct* filter, Parameters* parameters) {
     auto* volume = vtkMRMLVolumeNode::SafeDownCast(node);
     if (!volume)
       refuse(ErrorCode::InvalidArgument,
-             "The mask " + quoted(node) + " is neither a label map nor a segmentation: choose one.");
+             "The mask " + quoted(node) + " is neither a labelmap nor a segmentation: choose one.");
     if (!volume->GetImageData())
       refuse(ErrorCode::NoData, "The mask " + quoted(node) + " has no voxels: choose another or none.");
     vtkNew<vtkMatrix4x4> matrix;
@@ -284,7 +284,7 @@ void checkOutputs(Parameters* parameters, const std::vector<vtkMRMLVolumeNode*>&
       throw outputIsMaskError(nameOf(output));
     if (vtkMRMLLabelMapVolumeNode::SafeDownCast(output))
       refuse(ErrorCode::InvalidArgument,
-             "The output " + quoted(output) + " is a label map: choose a scalar volume.");
+             "The output " + quoted(output) + " is a labelmap: choose a scalar volume.");
   }
   if (task.volume && task.volume == task.uncertainty)
     refuse(ErrorCode::InvalidArgument, "The output " + quoted(task.volume) +

@@ -98,7 +98,7 @@ void takeSegmentation(vtkMRMLInnerGSModelNode* model, vtkMRMLSegmentationNode* n
 }
 
 void takeLabelMap(vtkMRMLVolumeNode* node, TrainingLabels& training) {
-  const std::string what = "The label map " + quoted(node);
+  const std::string what = "The labelmap " + quoted(node);
   vtk::checkVoxels(node->GetImageData(), what);
   training.volume.geometry = gridOf(node);
   training.volume.voxels =
@@ -125,7 +125,7 @@ std::shared_ptr<TrainingLabels> trainingLabelsOf(vtkMRMLInnerGSModelNode* model,
   checkInScene(model, scene);
   if (!labels)
     throw Error(ErrorCode::InvalidArgument,
-                "There is nothing to learn from: choose a segmentation or label map.");
+                "There is nothing to learn from: choose a segmentation or labelmap.");
   fromWorld(model, training->worldToModel);
   if (auto* segmentation = vtkMRMLSegmentationNode::SafeDownCast(labels))
     takeSegmentation(model, segmentation, *training);
@@ -133,7 +133,7 @@ std::shared_ptr<TrainingLabels> trainingLabelsOf(vtkMRMLInnerGSModelNode* model,
     takeLabelMap(volume, *training);
   else
     throw Error(ErrorCode::InvalidArgument,
-                quoted(labels) + " is neither a segmentation nor a label map: choose one.");
+                quoted(labels) + " is neither a segmentation nor a labelmap: choose one.");
   return training;
 }
 

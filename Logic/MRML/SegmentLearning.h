@@ -7,7 +7,7 @@ class vtkMRMLVolumeNode;
 
 namespace innergs::mrml {
 
-/// A task that teaches a model the segments of a segmentation or label map node; what the worker needs of the
+/// A task that teaches a model the segments of a segmentation or labelmap node; what the worker needs of the
 /// nodes is copied here. sparse: slices without any label between labelled ones count as unlabelled. Throws
 /// Error.
 std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse,

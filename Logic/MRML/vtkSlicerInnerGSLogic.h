@@ -194,7 +194,7 @@ public:
                                         vtkMRMLModelNode* output = nullptr);
 
   ///@{
-  /// Segments by name. First the model learns them, once, from a segmentation or a label map (names from its
+  /// Segments by name. First the model learns them, once, from a segmentation or a labelmap (names from its
   /// colour table) of the same patient. sparse: slices without any label between labelled ones count as
   /// unlabelled and follow the scan. Learning is a job like a reconstruction; its result is the model, which
   /// is saved with what it learned. Null or false after an error.

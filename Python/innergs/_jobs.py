@@ -145,7 +145,7 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
 
     spacing      output voxel size in mm, isotropic; by default the finest spacing of the inputs
     reference    a volume node whose voxel grid the output uses; input_grid=True: the first input's
-    mask         a label map or segmentation node, or a list of one per volume: only what is inside is fitted (segment:
+    mask         a labelmap or segmentation node, or a list of one per volume: only what is inside is fitted (segment:
                  one segment's ID), and the model has values only there and up to one slice distance beyond; fill: its
                  value elsewhere, 0
     roi          a markups ROI node: only that box is fitted and output

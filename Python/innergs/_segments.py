@@ -21,7 +21,7 @@ def learn(model, labels=None, sparse=False, progress=None, features=None, texts=
 
     A model of a dynamic scan learns from labels of the time that set_time() chose.
 
-    labels    a segmentation or label map node, whose names come from its colour table; sparse: unlabelled slices
+    labels    a segmentation or labelmap node, whose names come from its colour table; sparse: unlabelled slices
               between labelled ones follow the scan
     features  instead: a volume node with several values per voxel; texts: a JSON file with embeddings of texts,
               {"liver": [0.1, 0.2], "background": [0, 1]}

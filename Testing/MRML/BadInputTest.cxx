@@ -63,12 +63,12 @@ TEST_F(BadInputTest, MissingAndWrongNodes) {
   expectError(parameters, "no longer in the scene");
   auto* labels = scene->AddNewNodeByClass("vtkMRMLLabelMapVolumeNode", "Labels");
   parameters->SetInputVolumeNode(vtkMRMLVolumeNode::SafeDownCast(labels));
-  expectError(parameters, "label map");
+  expectError(parameters, "labelmap");
 
   auto* input = addVolume();
   parameters->SetInputVolumeNode(input);
   parameters->SetMaskNode(model);
-  expectError(parameters, "neither a label map nor a segmentation");
+  expectError(parameters, "neither a labelmap nor a segmentation");
   parameters->SetMaskNode(labels);
   expectError(parameters, "'Labels' has no voxels");
   parameters->SetMaskNode(nullptr);
@@ -80,7 +80,7 @@ TEST_F(BadInputTest, MissingAndWrongNodes) {
   parameters->SetOutputVolumeNode(input);
   expectError(parameters, "an input as well");
   parameters->SetOutputVolumeNode(vtkMRMLScalarVolumeNode::SafeDownCast(labels));
-  expectError(parameters, "label map");
+  expectError(parameters, "labelmap");
   parameters->SetOutputVolumeNode(nullptr);
   parameters->SetOutputGrid(Parameters::ReferenceGrid);
   expectError(parameters, "no reference volume");

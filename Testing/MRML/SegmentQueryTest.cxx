@@ -136,7 +136,7 @@ TEST_F(SegmentQueryTest, RefusesWhatCannotBeLearned) {
     EXPECT_NE(logic->GetLastError().find(mention), std::string::npos) << logic->GetLastError();
   };
   failing(nullptr, "choose a segmentation");
-  failing(model, "neither a segmentation nor a label map");
+  failing(model, "neither a segmentation nor a labelmap");
   failing(scene->AddNewNodeByClass("vtkMRMLSegmentationNode", "Nothing"),
           "The segmentation 'Nothing' is empty");
   failing(input, "no colour table that names");

@@ -36,7 +36,7 @@ struct FeatureModel {
   int channels = 16;                 // 8, 16 or 32
   std::vector<float> latents;        // [Gaussian][channel]
   std::vector<std::string> names;    // per class
-  std::vector<std::uint16_t> labels; // per class: its value in label images
+  std::vector<std::uint16_t> labels; // per class: its value in labelmaps
   std::vector<float> codes;          // [class][term][channel]
   IntensityScale scale;
   ClassSupport support;

@@ -135,7 +135,7 @@ double thresholdInside(const std::vector<float>& voxels, std::span<const std::ui
   return foregroundThreshold(inside);
 }
 
-/// Median absolute second differences where the image is flattest; 0 for label images.
+/// Median absolute second differences where the image is flattest; 0 for labelmaps.
 struct SecondDifferences {
   double near = 0, far = 0; // of neighbours and of pixels two apart, as deviations of white noise
   double ownShare = 1;      // of `near`: what the slices on either side do not show; 1: unknown

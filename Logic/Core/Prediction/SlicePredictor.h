@@ -89,7 +89,7 @@ PredictionOperations predictionOperations(const GridGeometry& stack, const Predi
 /// Ignores held-out (Stack::observed) and non-finite voxels. Trusts Stack::thickness and profile; ignores
 /// poses and times. Bit-identical for any number of threads of the pool.
 /// Learns nothing, and says why, for k < 1.2 or k > 12 (24 with everySecond), too few slices or pixels,
-/// constant images and label images. Throws Error(Cancelled) if the pool is stopped, what checkStack throws,
+/// constant images and labelmaps. Throws Error(Cancelled) if the pool is stopped, what checkStack throws,
 /// and Error(InvalidArgument) for a grid that is not aligned with the stack's.
 Prediction predictAcrossSlices(const Stack& stack, const PredictionOptions& options, ThreadPool& pool,
                                const PredictionCallback& progress = {});
