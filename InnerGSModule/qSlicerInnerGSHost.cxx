@@ -354,7 +354,7 @@ QString qSlicerInnerGSHost::createSliceTransforms(const QString&, QString* error
     *error = lastError();
     return {};
   }
-  return tr("Made %n transforms, in a folder beside the table “%1”.", nullptr, made->GetNumberOfItems())
+  return tr("Made %n transforms, in a folder beside the table '%1'.", nullptr, made->GetNumberOfItems())
       .arg(QString::fromUtf8(slices->GetName()));
 }
 

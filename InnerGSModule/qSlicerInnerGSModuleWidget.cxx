@@ -262,7 +262,7 @@ void qSlicerInnerGSModuleWidgetPrivate::explainMask() {
   if (!mask) return;
   vtkSegment* segment = mask->GetSegmentation()->GetSegment(id);
   const char* name = segment ? segment->GetName() : nullptr;
-  maskMessage->setText(qSlicerInnerGSModuleWidget::tr("Only the segment “%1” of the mask is used. "
+  maskMessage->setText(qSlicerInnerGSModuleWidget::tr("Only the segment '%1' of the mask is used. "
                                                       "<a href=\"all\">Use all its segments</a>")
                            .arg(QString::fromUtf8(name ? name : id.c_str()).toHtmlEscaped()));
 }

@@ -100,8 +100,8 @@ QWidget* FindPanel::buildFinding() {
   auto* all = layoutWithoutMargins<QVBoxLayout>(finding_);
   text_ =
       named(new QComboBox, "findText",
-            tr("A structure in words, in English, Latin, German, French or Spanish: “liver”, “left kidney”, "
-               "“7th rib on the right”, or a segment's own name; earlier queries in the list"));
+            tr("A structure in words, in English, Latin, German, French or Spanish: 'liver', 'left kidney', "
+               "'7th rib on the right', or a segment's own name; earlier queries in the list"));
   text_->setEditable(true);
   text_->setInsertPolicy(QComboBox::NoInsert);
   text_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
@@ -371,8 +371,8 @@ void FindPanel::ask(int candidate) {
   if (text.isEmpty() || tooLong) {
     clearFound();
     answer_->setMessage(MessageLine::Kind::Warning,
-                        tooLong ? tr("That is too long: name one structure, e.g. “liver” or “left kidney”.")
-                                : tr("Type a structure, e.g. “liver” or “left kidney”."));
+                        tooLong ? tr("That is too long: name one structure, e.g. 'liver' or 'left kidney'.")
+                                : tr("Type a structure, e.g. 'liver' or 'left kidney'."));
     return;
   }
   FindTask task{model_->GetSegmented(), text.toStdString(), candidate, {}};
@@ -457,7 +457,7 @@ void FindPanel::add() {
   if (name.isEmpty())
     answer_->say(error, true);
   else
-    answer_->say(tr("Kept in “%1”.").arg(name));
+    answer_->say(tr("Kept in '%1'.").arg(name));
 }
 
 } // namespace innergs::ui

@@ -157,19 +157,19 @@ void ModelPanel::loadFile(const QString& file) {
   QString error;
   const QString id = host_->loadModel(file, &error);
   if (id.isEmpty()) {
-    message_->say(error.isEmpty() ? tr("“%1” could not be read.").arg(QDir::toNativeSeparators(file)) : error,
+    message_->say(error.isEmpty() ? tr("'%1' could not be read.").arg(QDir::toNativeSeparators(file)) : error,
                   true);
     return;
   }
   setModelId(id);
-  message_->say(tr("Loaded “%1”.").arg(QDir::toNativeSeparators(file)));
+  message_->say(tr("Loaded '%1'.").arg(QDir::toNativeSeparators(file)));
 }
 
 void ModelPanel::saveFile(const QString& file) {
   const QString error = host_->saveModel(modelId_, file);
   refresh();
   if (!error.isEmpty()) return message_->say(error, true);
-  QString done = tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file));
+  QString done = tr("Saved to '%1'.").arg(QDir::toNativeSeparators(file));
   vtkInnerGSModel* const model = host_->model(modelId_);
   if (model && model->GetField() && file.endsWith(QLatin1String(".ply"), Qt::CaseInsensitive))
     done += QLatin1Char(' ') +

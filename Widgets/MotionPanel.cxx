@@ -447,7 +447,7 @@ void MotionPanel::saveModel() {
 }
 
 void MotionPanel::saySaved(const QString& file, const QString& error) {
-  message_->say(error.isEmpty() ? tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file)) : error,
+  message_->say(error.isEmpty() ? tr("Saved to '%1'.").arg(QDir::toNativeSeparators(file)) : error,
                 !error.isEmpty());
 }
 

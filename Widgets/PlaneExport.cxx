@@ -101,9 +101,9 @@ void PlaneExport::finish(const PlaneImage& image) {
   if (error.isEmpty() && file.isEmpty()) {
     const std::array<double, 2> window{image.task.lower, image.task.upper};
     host_->addVolumeOf(modelId, window, image.shown(), image.ijkToRAS, name, &error);
-    if (error.isEmpty()) Q_EMIT said(tr("“%1” is now among the volumes.").arg(name), false);
+    if (error.isEmpty()) Q_EMIT said(tr("'%1' is now among the volumes.").arg(name), false);
   } else if (error.isEmpty()) {
-    Q_EMIT said(tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file)), false);
+    Q_EMIT said(tr("Saved to '%1'.").arg(QDir::toNativeSeparators(file)), false);
   }
   if (!error.isEmpty()) Q_EMIT said(error, true);
 }

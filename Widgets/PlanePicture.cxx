@@ -49,7 +49,7 @@ QString savePicture(const PlaneImage& plane, double lower, double upper, const Q
 
   QSaveFile out(file);
   if (out.open(QIODevice::WriteOnly) && picture.save(&out, "PNG") && out.commit()) return {};
-  return PlanePicture::tr("“%1” could not be written (%2): choose another folder or name.")
+  return PlanePicture::tr("'%1' could not be written (%2): choose another folder or name.")
       .arg(QDir::toNativeSeparators(file), out.errorString());
 }
 

@@ -65,7 +65,7 @@ QString verdictText(const Report& report) {
     const QString text =
         QualityCard::tr("On held-out slices, InnerGS is worse than the best of the others: %1.").arg(by);
     return report.scans > 1 ? text
-                            : text + QualityCard::tr(" Try the preset \"best\", or use interpolation for "
+                            : text + QualityCard::tr(" Try the preset 'best', or use interpolation for "
                                                      "this scan.");
   }
   }
@@ -128,7 +128,7 @@ void QualityCard::setReport(const Report& report) {
                       .arg(decibel(report.heldOutPsnr)));
   else // if it was asked for and failed, the warnings say why
     set(heldOut_, report.quality.isEmpty() && report.judging == Judging::NotAsked
-                      ? tr("The quality between slices was not judged: tick \"Judge the quality\" before "
+                      ? tr("The quality between slices was not judged: tick 'Judge the quality' before "
                            "the next start.")
                       : QString());
   set(training_,

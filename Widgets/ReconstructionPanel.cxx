@@ -226,13 +226,13 @@ QString ReconstructionPanel::ownRefusal(const Request& request) const {
   QSet<QString> seen;
   for (const InputChoice& input : request.inputs) {
     if (seen.contains(input.id))
-      return tr("\"%1\" is in the list of scans twice: remove one.").arg(host_->volumeInfo(input.id).name);
+      return tr("'%1' is in the list of scans twice: remove one.").arg(host_->volumeInfo(input.id).name);
     seen.insert(input.id);
     const VolumeInfo info = host_->volumeInfo(input.id);
     const int axis = std::clamp(input.sliceAxis < 0 ? info.sliceAxis : input.sliceAxis, 0, 2);
     if (info.dimensions[axis] == 1)
-      return tr("\"%1\" has a single slice along %2: choose a scan of several slices, or another axis at "
-                "\"Slices along\".")
+      return tr("'%1' has a single slice along %2: choose a scan of several slices, or another axis at "
+                "'Slices along'.")
           .arg(info.name, QStringLiteral("IJK").mid(axis, 1));
   }
   if (request.grid == OutputGrid::Reference && request.referenceId.isEmpty())

@@ -61,19 +61,19 @@ bool RecoveryLine::refresh() {
     const QString what =
         found == fits.end() ? QFileInfo(file_).fileName() : QString::fromStdString(found->inputs);
     message_->say(
-        (dynamic_ ? tr("The next reconstruction continues that of “%1”: choose the same scan and settings.")
-                  : tr("The next reconstruction continues that of “%1”: choose the same scans, mask and "
+        (dynamic_ ? tr("The next reconstruction continues that of '%1': choose the same scan and settings.")
+                  : tr("The next reconstruction continues that of '%1': choose the same scans, mask and "
                        "settings."))
             .arg(what));
   } else if (!offered_.file.empty()) {
     const QString scans = QString::fromStdString(offered_.inputs);
     const QString stopped =
         offered_.iteration < offered_.iterations
-            ? tr("The reconstruction of “%1” was stopped at iteration %2 of %3.")
+            ? tr("The reconstruction of '%1' was stopped at iteration %2 of %3.")
                   .arg(scans)
                   .arg(offered_.iteration)
                   .arg(offered_.iterations)
-            : tr("The reconstruction of “%1” was stopped when its fit was complete.").arg(scans);
+            : tr("The reconstruction of '%1' was stopped when its fit was complete.").arg(scans);
     message_->say(stopped + ' ' +
                   tr("Its state is kept in %1.").arg(QDir::toNativeSeparators(textOf(offered_.file))));
   }

@@ -49,7 +49,7 @@ QString SaveDialog::complete(const QString& file) {
   QString whole = file + endOf(selectedNameFilter());
   if (!QFileInfo::exists(whole)) return whole;
   QMessageBox box(QMessageBox::Warning, windowTitle(),
-                  tr("“%1” exists already. Replace it?").arg(QDir::toNativeSeparators(whole)),
+                  tr("'%1' exists already. Replace it?").arg(QDir::toNativeSeparators(whole)),
                   QMessageBox::Yes | QMessageBox::No, parentWidget());
   box.setObjectName(QStringLiteral("replaceBox"));
   box.setDefaultButton(QMessageBox::No);

@@ -86,7 +86,7 @@ SettingsPanel::SettingsPanel(QWidget* parent) : SettingsPanel(advancedSettings()
 SettingsPanel::SettingsPanel(const std::vector<const Setting*>& rows, QWidget* parent) : QWidget(parent) {
   auto* layout = layoutWithoutMargins<QVBoxLayout>(this);
   auto* hint = makeWrappedLabel("settingsHint", this);
-  hint->setText(tr("\"automatic\" is chosen from the preset and the scans. Empty a field to return to it."));
+  hint->setText(tr("'automatic' is chosen from the preset and the scans. Empty a field to return to it."));
   layout->addWidget(hint);
   QFormLayout* form = nullptr;
   auto group = Setting::Group::Basic;

@@ -69,7 +69,7 @@ void SlicesLine::saveTable() {
   askWhereToSave(
       dialog_, host_, "saveSlicesDialog", tr("Save the table of slices"), tr("Tab-separated values (*.tsv)"),
       QStringLiteral("slices.tsv"), [this](const QString& file) {
-        say(tr("Saved the table to “%1”.").arg(QDir::toNativeSeparators(file)), host_->saveSliceTable(file));
+        say(tr("Saved the table to '%1'.").arg(QDir::toNativeSeparators(file)), host_->saveSliceTable(file));
       });
 }
 
@@ -90,7 +90,7 @@ void SlicesLine::createIn(const QString& folder) {
     const bool there = !QDir(folder).entryList({QStringLiteral("scan-*-slice-*.tfm")}).isEmpty();
     if (there &&
         QMessageBox::question(this, tr("Slice transforms"),
-                              tr("“%1” holds transforms of slices already. Replace those of the same name?")
+                              tr("'%1' holds transforms of slices already. Replace those of the same name?")
                                   .arg(QDir::toNativeSeparators(folder))) != QMessageBox::Yes)
       return;
   }

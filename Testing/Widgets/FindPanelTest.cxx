@@ -217,7 +217,7 @@ private Q_SLOTS:
     TRY_COMPARE(shown.voxels(), all);
     QTest::mouseClick(shown.part<QPushButton>("findAdd"), Qt::LeftButton);
     QCOMPARE(shown.host.kept, QStringList{"liver"});
-    QCOMPARE(shown.message("findAnswer"), QString("Kept in “Boxes segments”."));
+    QCOMPARE(shown.message("findAnswer"), QString("Kept in 'Boxes segments'."));
     shown.host.keepError = "The scene is closed.";
     QTest::mouseClick(shown.part<QPushButton>("findAdd"), Qt::LeftButton);
     QCOMPARE(shown.message("findAnswer"), shown.host.keepError);

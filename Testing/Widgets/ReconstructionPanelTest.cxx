@@ -116,7 +116,7 @@ private Q_SLOTS:
   void aSingleSliceIsRefused() {
     host_->addVolume("flat", {"Localiser", {256, 256, 1}, {1, 1, 5}, 2, "axial"});
     choose("flat");
-    TRY_VERIFY(line("refusal").startsWith("\"Localiser\" has a single slice along K"));
+    TRY_VERIFY(line("refusal").startsWith("'Localiser' has a single slice along K"));
     QVERIFY(!button()->isEnabled());
     QCOMPARE(button()->toolTip(), line("refusal"));
     QVERIFY(host_->estimated.isEmpty());

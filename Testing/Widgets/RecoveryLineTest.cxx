@@ -52,7 +52,7 @@ private Q_SLOTS:
     QCOMPARE(panel_->request().settings.iterations, std::optional<int>(480));
     QCOMPARE(panel_->request().settings.preset, innergs::Preset::Best);
     QVERIFY(!isShown("goOn"));
-    QVERIFY(line("recovery").contains("continues that of “T2”"));
+    QVERIFY(line("recovery").contains("continues that of 'T2'"));
     start();
     QCOMPARE(host_->requests.last().resumeFile, file);
     QVERIFY(!isShown("recoveryLine"));

@@ -409,7 +409,7 @@ QString AppHost::createSliceTransforms(const QString& folder, QString* error) {
   background_->runAndWait(tr("Writing transforms"),
                           [&] { *error = sentenceOf([&] { writeTransforms(slices, pathOf(folder)); }); });
   if (!error->isEmpty()) return {};
-  return tr("Wrote %n transforms to “%1”.", nullptr, static_cast<int>(slices.size()))
+  return tr("Wrote %n transforms to '%1'.", nullptr, static_cast<int>(slices.size()))
       .arg(QDir::toNativeSeparators(folder));
 }
 
