@@ -144,7 +144,7 @@ void qSlicerInnerGSModuleWidgetPrivate::makePanels() {
   maskMessage->setTextInteractionFlags(Qt::TextBrowserInteraction);
   part->layout()->addWidget(maskMessage);
   rendering = named(new QPushButton(tr("Show the result in &3D")), "VolumeRenderingButton",
-                    tr("Render the last result, or that of the chosen parameter set, in the 3D views"));
+                    tr("Render the last result, or that of the chosen parameter set, in the 3D views."));
   rendering->setCheckable(true);
   rendering->setEnabled(false);
   part->layout()->addWidget(rendering);

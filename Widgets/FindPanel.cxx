@@ -51,7 +51,7 @@ QDoubleSpinBox* numberBox(const char* name, const QString& suffix, double highes
 FindPanel::FindPanel(Host* host, QWidget* parent)
     : QWidget(parent), host_(host), worker_(new SegmentWorker(this)) {
   auto* all = layoutWithoutMargins<QVBoxLayout>(this);
-  selector_ = named(host_->createSelector(Host::Role::Model, this), "findModel", tr("The model to search"));
+  selector_ = named(host_->createSelector(Host::Role::Model, this), "findModel", tr("The model to search."));
   auto* choice = new QHBoxLayout;
   auto* label = new QLabel(tr("&Model"));
   label->setBuddy(selector_);
@@ -101,7 +101,7 @@ QWidget* FindPanel::buildFinding() {
   text_ =
       named(new QComboBox, "findText",
             tr("A structure in words, in English, Latin, German, French or Spanish: 'liver', 'left kidney', "
-               "'7th rib on the right', or a segment's own name; earlier queries in the list"));
+               "'7th rib on the right', or a segment's own name; earlier queries in the list."));
   text_->setEditable(true);
   text_->setInsertPolicy(QComboBox::NoInsert);
   text_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
@@ -113,21 +113,21 @@ QWidget* FindPanel::buildFinding() {
   completer->setCaseSensitivity(Qt::CaseInsensitive);
   completer->setFilterMode(Qt::MatchContains);
   text_->setCompleter(completer);
-  find_ = named(new QPushButton(tr("&Find")), "findGo", tr("Show the structure in the views"));
+  find_ = named(new QPushButton(tr("&Find")), "findGo", tr("Show the structure in the views."));
   auto* line = new QHBoxLayout;
   line->addWidget(labelFor(text_, tr("S&tructure")));
   line->addWidget(text_, 1);
   line->addWidget(find_);
   all->addLayout(line);
   decoding_ = named(new QProgressBar, "findDecoding",
-                    tr("The model is decoded once; then each structure takes an instant"));
+                    tr("The model is decoded once; then each structure takes an instant."));
   decoding_->setFormat(tr("Preparing the model: %p %"));
   decoding_->hide();
   all->addWidget(decoding_);
   answer_ = named(new MessageLine, "findAnswer", {});
   all->addWidget(answer_);
   candidates_ = named(new QListWidget, "findCandidates",
-                      tr("What fits the words, best first; choose one to see it alone"));
+                      tr("What fits the words, best first; choose one to see it alone."));
   candidates_->setSelectionMode(QAbstractItemView::SingleSelection);
   candidates_->setFixedHeight(candidates_->fontMetrics().height() * 6);
   all->addWidget(candidates_);
@@ -135,7 +135,7 @@ QWidget* FindPanel::buildFinding() {
   auto* form = new QFormLayout;
   thresholded_ = named(new QCheckBox(tr("T&hreshold")), "findThresholdOn",
                        tr("Off: each voxel belongs to its likeliest segment. On: voxels with at least this "
-                          "probability"));
+                          "probability."));
   threshold_ = new ValueSlider(QString(), 2, this);
   threshold_->setRange(0.02, 1);
   threshold_->setSingleStep(0.05);
@@ -149,13 +149,13 @@ QWidget* FindPanel::buildFinding() {
   minimum_ = numberBox("findMinimum", tr(" ml"), 10000, 0.5, tr("Smaller connected parts are left out"));
   form->addRow(tr("M&inimum size"), minimum_);
   largest_ = named(new QCheckBox(tr("Largest &part only")), "findLargest",
-                   tr("Only the largest connected part of each segment"));
+                   tr("Only the largest connected part of each segment."));
   form->addRow(QString(), largest_);
   all->addLayout(form);
   found_ = makeWrappedLabel(QStringLiteral("findVolume"), this);
   all->addWidget(found_);
   add_ = named(new QPushButton(tr("&Keep as Segment")), "findAdd",
-               tr("Make a segmentation or labelmap from what is shown"));
+               tr("Make a segmentation or labelmap from what is shown."));
   add_->setEnabled(false);
   auto* buttons = new QHBoxLayout;
   buttons->addStretch(1);
@@ -196,7 +196,7 @@ QWidget* FindPanel::buildLearning() {
   if (labels_) {
     named(labels_, "findLabels",
           tr("A segmentation or labelmap of the same patient, on any grid, e.g. from TotalSegmentator or "
-             "drawn by hand"));
+             "drawn by hand."));
     form->addRow(tr("&Labels"), labels_);
     connect(labels_, &Selector::currentIdChanged, this, &FindPanel::updateLearning);
   }
@@ -204,7 +204,7 @@ QWidget* FindPanel::buildLearning() {
     names_ =
         named(new QLineEdit, "findNames",
               tr("A file with the labels' names: JSON {\"1\": \"liver\", \"2\": \"spleen\"} or a .seg.nrrd; "
-                 "empty: the names in the labels' own file (.seg.nrrd)"));
+                 "empty: the names in the labels' own file (.seg.nrrd)."));
     names_->setPlaceholderText(tr("from the labels' own file"));
     auto* choose = named(new QPushButton(tr("C&hoose…")), "findChooseNames", names_->toolTip());
     auto* line = new QHBoxLayout;
@@ -214,9 +214,9 @@ QWidget* FindPanel::buildLearning() {
     connect(choose, &QPushButton::clicked, this, &FindPanel::chooseNames);
   }
   sparse_ = named(new QCheckBox(tr("Only &some slices are labelled")), "findSparse",
-                  tr("Unlabelled slices between labelled ones follow the scan; else they are background"));
+                  tr("Unlabelled slices between labelled ones follow the scan; else they are background."));
   form->addRow(QString(), sparse_);
-  progress_ = named(new QProgressBar, "findProgress", tr("Progress of learning"));
+  progress_ = named(new QProgressBar, "findProgress", tr("Progress of learning."));
   progress_->hide();
   form->addRow(progress_);
   learningMessage_ = named(new MessageLine, "findLearningMessage", {});
@@ -291,12 +291,12 @@ void FindPanel::updateModel() {
 
 void FindPanel::updateLearning() {
   learn_->setText(learning_ ? tr("Cancel") : tr("Learn"));
-  learn_->setToolTip(learning_ ? tr("Stop and leave the model unchanged")
+  learn_->setToolTip(learning_ ? tr("Stop and leave the model unchanged.")
                      : model_ && model_->GetSegmented().dynamic
                          ? tr("Learn the labelled structures; takes less than two minutes. The labels must "
                               "belong to the time shown now, %1 s.")
                                .arg(QLocale().toString(model_->GetSegmented().time))
-                         : tr("Learn the labelled structures; takes less than two minutes"));
+                         : tr("Learn the labelled structures; takes less than two minutes."));
   learn_->setEnabled(learning_ || (model_ && labels_ && !labels_->currentId().isEmpty()));
   for (QWidget* part : QWidgetList{labels_, names_, sparse_})
     if (part) part->setEnabled(!learning_);

@@ -30,8 +30,8 @@ LogPanel::LogPanel(Host* host, QWidget* parent) : QWidget(parent), edit_(new QPl
   edit_->setMinimumHeight(6 * fontMetrics().lineSpacing());
   edit_->setAccessibleName(tr("Log"));
   auto* copyButton =
-      named(new QPushButton(tr("Cop&y"), this), "copyLog", tr("Copies the whole log to the clipboard."));
-  auto* clearButton = named(new QPushButton(tr("C&lear"), this), "clearLog", tr("Empties the log."));
+      named(new QPushButton(tr("Cop&y"), this), "copyLog", tr("Copy the whole log to the clipboard."));
+  auto* clearButton = named(new QPushButton(tr("C&lear"), this), "clearLog", tr("Empty the log."));
   auto* buttons = new QHBoxLayout;
   buttons->addWidget(copyButton);
   buttons->addWidget(clearButton);

@@ -46,7 +46,7 @@ ModelPanel::ModelPanel(Host* host, QWidget* parent) : QWidget(parent), host_(hos
 void ModelPanel::build() {
   auto* all = layoutWithoutMargins<QVBoxLayout>(this);
   selector_ = named(host_->createSelector(Host::Role::Model, this), "modelSelector",
-                    tr("The model that this panel shows"));
+                    tr("The model that this panel shows."));
   auto* choice = new QHBoxLayout;
   auto* label = new QLabel(tr("&Model"));
   label->setBuddy(selector_);
@@ -81,11 +81,11 @@ void ModelPanel::build() {
 
   ellipsoids_ = named(new QCheckBox(tr("Show &ellipsoids")), "modelEllipsoids",
                       tr("Show the Gaussians with the largest weights as ellipsoids (one standard deviation) "
-                         "in the 3D view"));
+                         "in the 3D view."));
   load_ = named(new QPushButton(tr("&Load…")), "modelLoad",
-                tr("Read a model (.innergs) or Gaussians (.ply) from a file"));
+                tr("Read a model (.innergs) or Gaussians (.ply) from a file."));
   save_ = named(new QPushButton(tr("&Save…")), "modelSave",
-                tr("Save the model (.innergs: all of it; .ply: its Gaussians for other programs)"));
+                tr("Save the model (.innergs: all of it; .ply: its Gaussians for other programs)."));
   auto* buttons = new QHBoxLayout;
   buttons->addWidget(ellipsoids_);
   buttons->addStretch(1);
@@ -93,7 +93,7 @@ void ModelPanel::build() {
   buttons->addWidget(save_);
   all->addLayout(buttons);
   shown_ = makeWrappedLabel(QStringLiteral("modelEllipsoidsShown"), this);
-  shown_->setToolTip(tr("Those with the largest weights, except those close to the background"));
+  shown_->setToolTip(tr("Those with the largest weights, except those close to the background."));
   all->addWidget(shown_);
 
   message_ = named(new MessageLine, "modelMessage");

@@ -68,18 +68,18 @@ QWidget* MotionPanel::buildFit() {
   options_ = new QWidget(box);
   auto* form = layoutWithoutMargins<QFormLayout>(options_);
   series_ = named(host_->createSelector(Host::Role::Series, this), "motionSeries",
-                  tr("A scan with several frames: a 4D file, or in 3D Slicer a sequence of volumes"));
+                  tr("A scan with several frames: a 4D file, or in 3D Slicer a sequence of volumes."));
   form->addRow(tr("Dynamic &scan"), series_);
   about_ = makeWrappedLabel(QStringLiteral("motionAbout"), this);
   form->addRow(QString(), about_);
   interval_ =
       named(new NumberSpin({1e-6, 1e6, false, true, 1}, this), "motionInterval",
-            tr("Time from one frame to the next, if the scan does not state it, or states it wrongly"));
+            tr("Time from one frame to the next, if the scan does not state it, or states it wrongly."));
   interval_->setSuffix(tr(" s"));
   interval_->setSpecialValueText(tr("from the scan"));
   form->addRow(tr("&Time between frames"), interval_);
   kind_ = named(new QComboBox(this), "motionKind",
-                tr("What changes with time. Unless you choose, the program tries both on a few frames"));
+                tr("What changes with time. Unless you choose, the program tries both on a few frames."));
   kind_->addItem(tr("Chosen by held-out frames"), QString());
   for (const SettingWord& word : settingNamed("kind").words)
     kind_->addItem(settingText(word.label), QString::fromLatin1(word.name));
@@ -90,11 +90,11 @@ QWidget* MotionPanel::buildFit() {
   auto* file = layoutWithoutMargins<QHBoxLayout>(timing);
   sliceTimes_ = named(new QLineEdit(this), "motionSliceTimes",
                       tr("When the slices of a frame were acquired, where intensities change (fMRI): a BIDS "
-                         "file (.json),\nor text with one time in s per slice"));
+                         "file (.json),\nor text with one time in s per slice."));
   sliceTimes_->setPlaceholderText(tr("from the scan"));
   sliceTimes_->setClearButtonEnabled(true);
   file->addWidget(sliceTimes_, 1);
-  auto* choose = named(new QToolButton(this), "motionChooseSliceTimes", tr("Choose the file"));
+  auto* choose = named(new QToolButton(this), "motionChooseSliceTimes", tr("Choose the file."));
   choose->setText(QStringLiteral("…"));
   choose->setAccessibleName(tr("Choose the file of slice times"));
   connect(choose, &QToolButton::clicked, this, &MotionPanel::chooseSliceTimes);
@@ -102,14 +102,14 @@ QWidget* MotionPanel::buildFit() {
   timing->setFocusProxy(sliceTimes_);
   form->addRow(tr("Slice t&imes"), timing);
   rate_ = named(new NumberSpin({1e-3, 1e4, false, true, 1}, this), "motionRate",
-                tr("Frames per second to save; the slider below shows any time"));
+                tr("Frames per second to save; the slider below shows any time."));
   rate_->setSuffix(tr(" per second"));
   rate_->setSpecialValueText(tr("the scan's own"));
   form->addRow(tr("Fra&mes to make"), rate_);
   judge_ =
       named(new QCheckBox(tr("&Judge the quality on held-out frames (twice the time)"), this), "motionJudge",
             tr("A second fit leaves out every few frames and is compared on them with linear\n"
-               "interpolation in time and with the previous frame"));
+               "interpolation in time and with the previous frame."));
   judge_->setChecked(true);
   form->addRow(judge_);
   device_ = named(new DeviceBox(this), "motionDevice");
@@ -142,7 +142,7 @@ QWidget* MotionPanel::buildView() {
   auto* layout = new QVBoxLayout(box);
   auto* choice = new QFormLayout;
   model_ =
-      named(host_->createSelector(Host::Role::Model, this), "motionModel", tr("A model of a dynamic scan"));
+      named(host_->createSelector(Host::Role::Model, this), "motionModel", tr("A model of a dynamic scan."));
   choice->addRow(tr("M&odel"), model_);
   layout->addLayout(choice);
   aboutModel_ = makeWrappedLabel(QStringLiteral("motionAboutModel"), this);
@@ -150,7 +150,7 @@ QWidget* MotionPanel::buildView() {
   view_ = new QWidget(box);
   auto* controls = layoutWithoutMargins<QVBoxLayout>(view_);
   auto* line = new QHBoxLayout;
-  play_ = named(new QToolButton(this), "motionPlay", tr("Play in a loop"));
+  play_ = named(new QToolButton(this), "motionPlay", tr("Play in a loop."));
   play_->setCheckable(true);
   play_->setIcon(style()->standardIcon(QStyle::SP_MediaPlay));
   play_->setAccessibleName(tr("Play"));
@@ -159,7 +159,7 @@ QWidget* MotionPanel::buildView() {
   time_->describe(QStringLiteral("motionTime"), tr("Time"),
                   tr("The time at which the slice views and the query's plane show the model"));
   line->addWidget(time_, 1);
-  speed_ = named(new QComboBox(this), "motionSpeed", tr("Playback speed"));
+  speed_ = named(new QComboBox(this), "motionSpeed", tr("Playback speed."));
   speed_->setAccessibleName(tr("Speed"));
   for (const double speed : {0.25, 0.5, 1., 2., 4.})
     speed_->addItem(tr("%1×").arg(QLocale().toString(speed)), speed);
@@ -168,10 +168,10 @@ QWidget* MotionPanel::buildView() {
   controls->addLayout(line);
   auto* buttons = new QHBoxLayout;
   saveFrames_ = named(new QPushButton(tr("Save Fr&ames…"), this), "motionSaveFrames",
-                      tr("Frames at the rate chosen above as one 4D NIfTI or .seq.nrrd file"));
+                      tr("Frames at the rate chosen above as one 4D NIfTI or .seq.nrrd file."));
   saveFrames_->setVisible(motion_->savesFrames());
   saveModel_ = named(new QPushButton(tr("Save Mo&del…"), this), "motionSaveModel",
-                     tr("The model (.innergs), which renders frames at any time"));
+                     tr("The model (.innergs), which renders frames at any time."));
   buttons->addStretch(1);
   buttons->addWidget(saveFrames_);
   buttons->addWidget(saveModel_);

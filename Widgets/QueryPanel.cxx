@@ -418,7 +418,8 @@ void QueryPanel::showEvent(QShowEvent* event) {
 void QueryPanel::build() {
   auto* all = layoutWithoutMargins<QVBoxLayout>(this);
 
-  selector_ = named(host_->createSelector(Host::Role::Model, this), "queryModel", tr("The model to look at"));
+  selector_ =
+      named(host_->createSelector(Host::Role::Model, this), "queryModel", tr("The model to look at."));
   auto* choice = new QHBoxLayout;
   choice->addWidget(labelFor(selector_, tr("&Model")));
   choice->addWidget(selector_, 1);
@@ -444,7 +445,7 @@ void QueryPanel::build() {
     buttons->addWidget(button, 1);
   }
   home_ = named(new QPushButton(tr("C&entre")), "queryCentre",
-                tr("Centre the plane and show the whole model; the orientation stays"));
+                tr("Centre the plane and show the whole model; the orientation stays."));
   buttons->addWidget(home_);
   rows->addLayout(buttons);
 
@@ -484,7 +485,7 @@ void QueryPanel::build() {
   pixelSize_->setRange(0.01, 100);
   pixelSize_->setSingleStep(0.1);
   pixelSize_->setValue(1);
-  size_ = named(new QLabel, "querySize", tr("Columns and rows of the plane across the whole model"));
+  size_ = named(new QLabel, "querySize", tr("Columns and rows of the plane across the whole model."));
   auto* pixels = new QHBoxLayout;
   pixels->addWidget(pixelSize_);
   pixels->addWidget(size_);
@@ -510,11 +511,11 @@ void QueryPanel::build() {
       named(new QLabel, "queryReadout",
             tr("Position under the mouse, or in the middle while the view has the keyboard focus (RAS mm; "
                "R, A, S: to the patient's right, anterior, superior) and the model's "
-               "value there, in the scanner's units"));
+               "value there, in the scanner's units."));
   readout_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   readout_->setMinimumWidth(1); // its text must not widen the panel
   copyCommand_ = named(new QToolButton, "queryCopyCommand",
-                       tr("Copy the plane as a command line of innergs, with its place in RAS mm"));
+                       tr("Copy the plane as a command line of innergs, with its place in RAS mm."));
   copyCommand_->setText(tr("Cop&y"));
   copyCommand_->setFocusPolicy(Qt::StrongFocus);
   auto* place = new QHBoxLayout;
@@ -532,9 +533,9 @@ void QueryPanel::build() {
                          2 * fontMetrics().height());
   }
   autoWindow_ =
-      named(new QPushButton(tr("A&uto")), "queryAutoWindow", tr("Set window and level to suit the model"));
+      named(new QPushButton(tr("A&uto")), "queryAutoWindow", tr("Set window and level to suit the model."));
   handles_ = named(new QCheckBox(tr("Ha&ndles")), "queryHandles",
-                   tr("Show the handles that tilt, turn and move the plane"));
+                   tr("Show the handles that tilt, turn and move the plane."));
   handles_->setChecked(true);
   auto* grey = new QHBoxLayout;
   grey->addWidget(labelFor(window_, tr("&Window")));
@@ -544,11 +545,11 @@ void QueryPanel::build() {
   grey->addWidget(autoWindow_);
   rows->addLayout(grey);
 
-  exportVolume_ = named(
-      new QPushButton(tr("Exp&ort as a volume")), "queryExportVolume",
-      tr("Add the plane to the volumes, at its pixel size and its place in the patient; save it from there"));
+  exportVolume_ = named(new QPushButton(tr("Exp&ort as a volume")), "queryExportVolume",
+                        tr("Add the plane to the volumes, at its pixel size and its place in the patient; "
+                           "save it from there."));
   savePicture_ = named(new QPushButton(tr("Save pictu&re…")), "querySavePicture",
-                       tr("Save the plane as a PNG picture with this window and level"));
+                       tr("Save the plane as a PNG picture with this window and level."));
   showUncertainty_ = named(new QCheckBox(tr("Show how far it may &be off")), "queryUncertainty",
                            tr("The standard deviation of the model's volume on the plane, in scanner units;\n"
                               "striped where no slice measured anything."));

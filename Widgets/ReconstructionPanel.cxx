@@ -276,11 +276,11 @@ void ReconstructionPanel::setState(State state) {
   switch (state) {
   case State::Idle:
     button_->setText(tr("&Reconstruct"));
-    button_->setToolTip(refusal_.isEmpty() ? tr("Starts the reconstruction.") : refusal_);
+    button_->setToolTip(refusal_.isEmpty() ? tr("Start the reconstruction.") : refusal_);
     break;
   case State::Running:
     button_->setText(tr("&Cancel"));
-    button_->setToolTip(tr("Stops the reconstruction. What is complete is kept."));
+    button_->setToolTip(tr("Stop the reconstruction. What is complete is kept."));
     break;
   case State::Cancelling:
     button_->setText(tr("Cancelling…"));
@@ -390,7 +390,7 @@ QWidget* ReconstructionPanel::makeFit() {
   presetLine_ = makeWrappedLabel("presetLine", group);
   device_ = named(new DeviceBox(group), "deviceBox");
   evaluate_ = named(new QCheckBox(tr("&Judge the quality (a second fit)"), group), "evaluateQuality",
-                    tr("Fits the first scan again with slices left out, and compares the result with\n"
+                    tr("Fit the first scan again with slices left out, and compare the result with\n"
                        "interpolation on those slices. The result itself uses all slices."));
   evaluate_->setChecked(true);
   form->addRow(tr("&Preset:"), preset_);
@@ -398,7 +398,7 @@ QWidget* ReconstructionPanel::makeFit() {
   form->addRow(tr("&Device:"), device_);
   uncertainty_ =
       named(new QCheckBox(tr("Estimate the uncertaint&y (further fits)"), group), "estimateUncertainty",
-            tr("Adds a volume of standard deviations: by how much the result may be off in each\n"
+            tr("Add a volume of standard deviations: by how much the result may be off in each\n"
                "voxel. Takes a fit without every fifth slice, and two of simulated scans."));
   form->addRow(evaluate_);
   form->addRow(uncertainty_);

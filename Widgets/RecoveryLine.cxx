@@ -27,7 +27,7 @@ RecoveryLine::RecoveryLine(Host* host, Scans scans, QWidget* parent)
       accept_(new QPushButton(tr("Continue"), this)), dismiss_(new QPushButton(this)) {
   message_->setObjectName(dynamic_ ? "motionRecovery" : "recovery");
   named(accept_, dynamic_ ? "motionGoOn" : "goOn",
-        tr("Restores the settings of that fit; the next reconstruction of its scans continues it."));
+        tr("Restore the settings of that fit; the next reconstruction of its scans continues it."));
   dismiss_->setObjectName(dynamic_ ? "motionDropRecovered" : "dropRecovered");
   auto* buttons = new QHBoxLayout;
   buttons->addStretch(1);
@@ -79,7 +79,7 @@ bool RecoveryLine::refresh() {
   }
   accept_->setVisible(file_.isEmpty());
   dismiss_->setText(file_.isEmpty() ? tr("Delete") : tr("Start Over"));
-  dismiss_->setToolTip(file_.isEmpty() ? tr("Deletes the file: that fit can no longer be continued.")
+  dismiss_->setToolTip(file_.isEmpty() ? tr("Delete the file: that fit can no longer be continued.")
                                        : tr("The next reconstruction starts from the scans alone."));
   setVisible(!file_.isEmpty() || !offered_.file.empty());
   return !offered_.file.empty() && offered_.file != before;

@@ -8,7 +8,7 @@
 namespace innergs::ui {
 
 Section::Section(const QString& title, QWidget* parent) : QWidget(parent), button_(new QToolButton(this)) {
-  named(button_, "sectionButton", tr("Show or hide these settings"));
+  named(button_, "sectionButton", tr("Show or hide these settings."));
   button_->setText(title);
   button_->setCheckable(true);
   button_->setAutoRaise(true);

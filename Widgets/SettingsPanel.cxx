@@ -108,7 +108,7 @@ SettingsPanel::SettingsPanel(const std::vector<const Setting*>& rows, QWidget* p
     fields_.push_back(field);
   }
   auto* defaults = named(new QPushButton(tr("Restore defaul&ts"), this), "restoreDefaults",
-                         tr("Restores the defaults of all advanced settings. Preset and device stay."));
+                         tr("Restore the defaults of all advanced settings. Preset and device stay."));
   layout->addWidget(defaults, 0, Qt::AlignLeft);
   guardWheel(this);
   showSettings();

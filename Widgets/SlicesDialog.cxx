@@ -71,7 +71,7 @@ SlicesDialog::SlicesDialog(vtkTable* slices, bool saved, QWidget* parent)
   if (saved) {
     QPushButton* save =
         named(buttons->addButton(tr("&Save…"), QDialogButtonBox::ActionRole), "saveSlices",
-              tr("Save this table, with the place of every slice, as tab-separated values (.tsv)"));
+              tr("Save this table, with the place of every slice, as tab-separated values (.tsv)."));
     connect(save, &QPushButton::clicked, this, &SlicesDialog::saveRequested);
   }
   connect(buttons, &QDialogButtonBox::rejected, this, &QDialog::reject);

@@ -49,12 +49,12 @@ void SlicesLine::refresh() {
   const bool moved = slices != nullptr;
   show_->setEnabled(moved);
   create_->setEnabled(moved);
-  show_->setToolTip(moved ? tr("Lists where each slice lies and how well it fits the other scans.")
+  show_->setToolTip(moved ? tr("List where each slice lies and how well it fits the other scans.")
                           : tr("Nothing to show: no slice was moved."));
   create_->setToolTip(!moved ? tr("Nothing to create: no slice was moved.")
                       : host_->keepsSlicesInFiles()
-                          ? tr("Writes an ITK transform (.tfm) per slice to a folder.")
-                          : tr("Makes a transform node per slice, in a folder of the subject hierarchy."));
+                          ? tr("Write an ITK transform (.tfm) per slice to a folder.")
+                          : tr("Make a transform node per slice, in a folder of the subject hierarchy."));
   setVisible(host_->hasResult() && !host_->isRunning());
 }
 

@@ -43,7 +43,7 @@ DataList::DataList(ViewState* state, QWidget* parent)
       frame_(new QSpinBox(frameRow_)), time_(new QLabel(frameRow_)),
       save_(new QPushButton(tr("Save…"), this)), rename_(new QPushButton(tr("Rename"), this)),
       close_(new QPushButton(tr("Close"), this)) {
-  ui::named(tree_, "dataTree", tr("Select a volume to show it in the views; F2 renames, Del closes"));
+  ui::named(tree_, "dataTree", tr("Select a volume to show it in the views; F2 renames, Del closes."));
   tree_->setAccessibleName(tr("Volumes and models"));
   tree_->setColumnCount(2);
   tree_->setHeaderLabels({tr("Name"), tr("Size")}); // for screen readers
@@ -56,19 +56,19 @@ DataList::DataList(ViewState* state, QWidget* parent)
   tree_->setEditTriggers(QAbstractItemView::EditKeyPressed);
   tree_->setContextMenuPolicy(Qt::CustomContextMenu);
   tree_->setMinimumHeight(9 * fontMetrics().height() / 2); // scan, head, result, model
-  ui::named(frame_, "frame", tr("Which image of the 4D file is shown and reconstructed"));
+  ui::named(frame_, "frame", tr("Which image of the 4D file is shown and reconstructed."));
   frame_->setAccessibleName(tr("Frame"));
   frame_->setKeyboardTracking(false);
   frame_->setMinimum(1);
-  ui::named(time_, "frameTime", tr("Time since the first frame, as the file says"));
+  ui::named(time_, "frameTime", tr("Time since the first frame, as the file says."));
   auto* frameLayout = ui::layoutWithoutMargins<QHBoxLayout>(frameRow_);
   frameLayout->addWidget(new QLabel(tr("Frame"), frameRow_));
   frameLayout->addWidget(frame_);
   frameLayout->addWidget(time_, 1);
-  ui::named(save_, "saveItem", tr("Save the selected volume or model to a file"));
-  ui::named(rename_, "renameItem", tr("Rename the selected volume or model (F2)"));
+  ui::named(save_, "saveItem", tr("Save the selected volume or model to a file."));
+  ui::named(rename_, "renameItem", tr("Rename the selected volume or model (F2)."));
   ui::named(close_, "closeItem",
-            tr("Remove the selected volume or model from the list (Del); its file is kept"));
+            tr("Remove the selected volume or model from the list (Del); its file is kept."));
   auto* buttons = new QHBoxLayout;
   for (QPushButton* button : {save_, rename_, close_})
     buttons->addWidget(button);

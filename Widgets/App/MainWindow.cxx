@@ -81,9 +81,9 @@ MainWindow::MainWindow(QWidget* parent)
   pointed_ = ui::named(new QLabel(this), "pointed",
                        tr("Position (mm; R, L, A, P, S, I: the patient's sides) and value (scanner units) "
                           "under the mouse, or\n"
-                          "at the crosshair while a slice view has the keyboard focus"));
+                          "at the crosshair while a slice view has the keyboard focus."));
   busyText_ = ui::named(new QLabel(this), "busyText");
-  busy_ = ui::named(new QProgressBar(this), "busy", tr("A file is being read or written"));
+  busy_ = ui::named(new QProgressBar(this), "busy", tr("A file is being read or written."));
   busy_->setRange(0, 0);
   busy_->setMaximumWidth(12 * fontMetrics().averageCharWidth());
   statusBar()->addWidget(pointed_, 1);

@@ -19,7 +19,7 @@ SlicePane::SlicePane(ViewState* state, int axis, QWidget* parent)
       slider_(new QSlider(Qt::Horizontal, this)), position_(new QDoubleSpinBox(this)) {
   auto* name = new QLabel(SliceView::nameOf(axis), this);
   name->setBuddy(slider_);
-  ui::named(slider_, "slider", tr("Scroll through the slices; the number next to it is the position in mm"));
+  ui::named(slider_, "slider", tr("Scroll through the slices; the number next to it is the position in mm."));
   slider_->setAccessibleName(tr("%1 slice").arg(name->text()));
   position_->setAccessibleName(tr("%1 position").arg(name->text()));
   position_->setDecimals(1);
