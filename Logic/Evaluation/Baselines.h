@@ -7,7 +7,7 @@ namespace innergs {
 
 enum class Interpolation {
   Linear,
-  Cubic,  // cubic B-spline through the samples
+  Cubic,  // cubic B-spline through the samples (Unser 1999)
   Lanczos // windowed sinc, radius 4, weights summing to 1
 };
 

@@ -23,9 +23,9 @@ std::vector<std::vector<float>> interpolateFrames(const TimeSeries& series, std:
                                                   FrameMethod method, int threads = 0,
                                                   const std::stop_token& stop = {});
 
-/// The frame at a time between its two neighbours, by registering them (ITK's symmetric-forces demons at
-/// three resolutions), moving each its share of the displacement, and averaging. Throws Error(Cancelled |
-/// Internal).
+/// The frame at a time between its two neighbours, by registering them (ITK's symmetric-forces demons, after
+/// Thirion 1998, at three resolutions), moving each its share of the displacement, and averaging. Throws
+/// Error(Cancelled | Internal).
 std::vector<float> demonsFrame(const TimeSeries& series, double time, const std::stop_token& stop = {});
 
 } // namespace innergs

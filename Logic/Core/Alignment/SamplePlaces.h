@@ -11,8 +11,8 @@ std::vector<GridGeometry> observedBoxes(std::span<const Stack> stacks);
 GridGeometry observedBox(const BlurredStack& image);
 
 /// Points spread evenly over a grid's box, about `distance` mm apart, at most 40,000: Roberts'
-/// quasi-random sequence in three dimensions. A regular grid would always sample slices at the same fractions
-/// of their distance, and so at another resolution.
+/// quasi-random sequence (2018) in three dimensions. A regular grid would always sample slices at the same
+/// fractions of their distance, and so at another resolution.
 std::vector<Vec3> spreadPlaces(const GridGeometry& box, double distance);
 
 /// The range of the finite values.

@@ -5,7 +5,7 @@ namespace innergs {
 
 struct SliceVolumePlan {
   double smoothness = 0.05; // weight of squared differences of neighbours, relative to the mean data weight
-  int iterations = 8;       // conjugate gradients, from the volume as it stands
+  int iterations = 8;       // conjugate gradients (Hestenes and Stiefel 1952), from the volume as it stands
 };
 
 /// Finds the volume that explains slices best: minimises Σ weight·(gain·(slice operator)·volume − slice)² +

@@ -5,7 +5,7 @@
 
 namespace innergs {
 
-/// Pruning and densification as in the paper's Algorithm 1, every few iterations. For each Gaussian:
+/// Pruning and densification as in the paper's Algorithm 1 (after Kerbl et al. 2023) every few iterations, by
 /// - α, its opacity: alpha blending's own; normalised: its weight w (new ones have 1); additive: |w·c|, its
 ///   amplitude as a share of the intensity range;
 /// - ‖∇μ‖, its positional gradient: how much the loss, summed over the samples, would fall if the Gaussian

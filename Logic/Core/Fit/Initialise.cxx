@@ -108,7 +108,7 @@ void evenGrid(GaussianField& field, const ProxyVolume& proxy, const Initialisati
     cell[0] = cell[1] = cell[2] =
         std::cbrt(extent[0] * extent[1] * extent[2] * share / static_cast<double>(plan.gaussians));
   }
-  // Each seed shifts the grid in-plane (additive recurrence: well spread); the first one is centred.
+  // Each seed shifts the grid in-plane (Roberts' quasi-random sequence, 2018); the first one is centred.
   const double phase = static_cast<double>((seed - 1) % 4096);
   grid.shift[0] = std::fmod(0.7548776662466927 * phase, 1.0);
   grid.shift[1] = std::fmod(0.5698402909980532 * phase, 1.0);

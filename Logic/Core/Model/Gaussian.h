@@ -11,7 +11,7 @@ enum class Blending {
 };
 
 /// One Gaussian, 64 bytes: p(x) = exp(−½ dᵀ Σ⁻¹ d) − exp(−½ cutoff²), or 0 where that is negative (so p is
-/// continuous at the cut-off), d = x − mean, Σ = R(q)·diag(e^(2·logScale))·R(q)ᵀ.
+/// continuous at the cut-off), d = x − mean, Σ = R(q)·diag(e^(2·logScale))·R(q)ᵀ (Kerbl et al. 2023).
 struct Gaussian {
   float mean[3];       // mm, model frame
   float logScale[3];   // ln mm

@@ -3,9 +3,9 @@
 
 namespace innergs {
 
-/// Alpha-blends the planes of a grid, each in its own depth order: nearest centre first, |z − μ_z|, ties
-/// by index. One task owns a tile of one plane; a Gaussian's gradient is the sum of its tiles' moments in a
-/// fixed order.
+/// Alpha-blends the planes of a grid by tiles (Kerbl et al. 2023), each plane in its own depth order: nearest
+/// centre first, |z − μ_z|, ties by index. One task owns a tile of one plane; a Gaussian's gradient is the
+/// sum of its tiles' moments in a fixed order.
 class Compositor {
 public:
   Compositor(const GridView& grid, const KernelSet& kernels) : kernels_(kernels), tiles_(grid, 1) {}

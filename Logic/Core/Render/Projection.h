@@ -6,9 +6,9 @@
 
 namespace innergs {
 
-/// One Gaussian in a grid's index coordinates, ready for the kernels. The mean is cell + fraction, so that
-/// distances to voxels keep full float precision. Exponents are base 2: w·p = exp2(quadratic(d) +
-/// log2Weight).
+/// One Gaussian in a grid's index coordinates (Σ' = J Σ Jᵀ as in EWA splatting, Zwicker et al. 2001, with the
+/// grid's constant J), ready for the kernels. The mean is cell + fraction, so that distances to voxels keep
+/// full float precision. Exponents are base 2: w·p = exp2(quadratic(d) + log2Weight).
 struct Projected {
   std::int32_t cell[3];
   float fraction[3];

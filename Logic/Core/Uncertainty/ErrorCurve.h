@@ -14,7 +14,7 @@ struct HeldOutError {
 
 /// The standard deviation that errors have at a local detail, so that ± kNinety of it holds 90 % of them:
 /// their 90 % quantile in bins of equally many samples, made monotonic in the detail (pool adjacent
-/// violators) and linear in between.
+/// violators, Ayer et al. 1955) and linear in between.
 class ErrorCurve {
 public:
   ErrorCurve() = default;
