@@ -6,8 +6,8 @@
 
 namespace innergs {
 
-/// A continuous volume in space and time, and on request the quality that the same settings reach on frames
-/// that a second fit does not see.
+/// The outcome of JudgedSeries: a continuous volume in space and time, and the quality that the same settings
+/// reach on frames that a second fit does not see.
 struct JudgedSeriesResult {
   DynamicResult result; // of all frames
   Judging judging = Judging::NotAsked;
@@ -15,6 +15,7 @@ struct JudgedSeriesResult {
   std::string note;                        // why there is none, a sentence
 };
 
+/// A dynamic job, and on request a second one without every few frames that judges the quality.
 class JudgedSeries {
 public:
   JudgedSeries(TimeSeries series, Settings settings, bool judge);

@@ -32,6 +32,7 @@ public:
   const std::string& sentence() const { return sentence_; }
 
 private:
+  /// Volumes between the slices that may be mixed with the interpolation.
   struct Candidates {
     std::optional<Volume> field, learned;
     std::optional<Volume> mean;      // of a trial: what was learned, with the mean of the two planes
@@ -39,7 +40,8 @@ private:
     std::string sentence;            // on the learning
     PairErrors pairs;                // likewise
   };
-  struct Contribution {            // to the interpolation
+  /// What the candidates add to the interpolation.
+  struct Contribution {
     double field = 0, learned = 0; // shares
     double gain = 0;               // dB over interpolation alone, on the slices used for the choice
     std::string nothingLearned;    // a sentence
@@ -48,6 +50,7 @@ private:
   struct Part {
     double from = 0, to = 0;
   };
+  /// The next step's part. expected: the cost that was planned for it; cost: what it turned out to be.
   Part step(double expected, double cost);
   void report(double fraction);
   bool triesAField() const { return parts_.field && triesField(settings_, voxels_); }
