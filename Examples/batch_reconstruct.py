@@ -94,7 +94,7 @@ def main(arguments=None):
     parser.add_argument("output", type=pathlib.Path, help="another folder for results; made if it does not exist")
     parser.add_argument("--spacing", type=float, help="output voxel size, mm (default: each scan's finest spacing)")
     parser.add_argument("--preset", default="balanced", choices=("fast", "balanced", "best"))
-    parser.add_argument("--held-out", type=float, default=0.1, help="share of slices held out from a second fit to measure quality")
+    parser.add_argument("--held-out", type=float, default=0.1, help="share of slices held out from a second fit to judge the quality")
     options = parser.parse_args(arguments)
 
     scans = plan(options.input, options.output)

@@ -16,7 +16,7 @@ class FitChart;
 class PreviewView;
 
 /// A running reconstruction: the chart of the fit, a preview, and a head with phase, percentage and remaining
-/// time. While a second fit measures the quality, chart and figures stay those of the first.
+/// time. While a second fit judges the quality, chart and figures stay those of the first.
 class ProgressCard : public QWidget {
   Q_OBJECT
 public:

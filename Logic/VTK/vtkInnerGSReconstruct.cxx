@@ -419,7 +419,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
     input = this->MakeInput(images[0], images[1], stop);
   }
   innergs::ReconstructionResult result = this->Reconstruct(std::move(input), settings, stop);
-  // A stop during the quality measurement ended only that.
+  // A stop while the quality was judged ended only that.
   if (result.cancelled || (stop.stop_requested() && result.judging == innergs::Judging::NotAsked)) {
     if (!this->KeepModelWhenAborted || result.model->field.gaussians.empty())
       throw Error(ErrorCode::Cancelled, "Stopped on request.");

@@ -44,7 +44,7 @@ public:
 
   enum Events { PreviewEvent = vtkCommand::UserEvent + 1871 };
   enum SliceProfiles { PointProfile, BoxProfile, GaussianProfile };
-  /// State of the quality measurement by a second fit, like innergs::Judging; the outputs are complete
+  /// State of judging the quality by a second fit, like innergs::Judging; the outputs are complete
   /// anyway.
   enum QualityStates { QualityNotAsked, QualityMeasured, QualityStopped, QualityFailed };
 

@@ -85,7 +85,7 @@ class Job:
         return (job.GetPreviewImage(), job.GetPreviewIJKToRASMatrix()) if job.GetPreviewImage() else None
 
     def cancel(self):
-        """Ends it within 200 ms and changes no node, unless only the quality measurement was still running."""
+        """Ends it within 200 ms and changes no node, unless the fit was complete and only its quality being judged."""
         self._logic.Cancel(self._job)
 
     def result(self, timeout=None):

@@ -417,7 +417,7 @@ TEST_F(ReconstructTest, QualityTable) {
   EXPECT_EQ(logic->GetLastJob()->GetNumberOfHeldOutSlices(), 4);
   EXPECT_EQ(logic->GetLastJob()->GetQualityState(), vtkInnerGSReconstruct::QualityMeasured);
   EXPECT_STRNE(table->GetAttribute("InnerGS.HeldOutPSNR"), nullptr);
-  // With both quality measurements, the result is the one fitted to all slices.
+  // With the quality judged in both ways, the result is the one fitted to all slices.
   const vtkSmartPointer<vtkImageData> judged = logic->GetLastJob()->GetVolumeNode()->GetImageData();
   parameters->SetHeldOutFraction(0);
   parameters->EvaluateQualityOff();

@@ -218,7 +218,7 @@ private Q_SLOTS:
     QVERIFY(label("fitNumbers").contains("after iteration 100"));
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(label("phaseText").contains("finished model is kept"));
-    // An end without a quality measurement does not advise ticking a box that is ticked.
+    // An end without judging the quality does not advise ticking a box that is ticked.
     Report report = FakeHost::exampleReport();
     report.quality.clear();
     report.heldOutPsnr = NAN;

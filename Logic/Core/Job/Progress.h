@@ -15,7 +15,7 @@ enum class Phase {
   Fitting,
   Refining,
   Rendering,
-  Judging,    // measures the quality by a second fit, whose steps have no phases of their own
+  Judging,    // judges the quality by a second fit, whose steps have no phases of their own
   Estimating, // how far the result may be off, likewise by other fits
   Done
 };
@@ -26,7 +26,7 @@ inline bool resultIsComplete(Phase phase) {
   return phase == Phase::Judging || phase == Phase::Estimating;
 }
 
-/// How the quality measurement by a second fit ended; the result is complete in any case.
+/// How judging the quality by a second fit ended; the result is complete in any case.
 enum class Judging { NotAsked, Done, Stopped, Failed };
 
 /// A job's state, passed to its progress callback on the worker thread.

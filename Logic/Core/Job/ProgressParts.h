@@ -6,7 +6,7 @@
 
 namespace innergs {
 
-/// Combines the progress of parts that run one after the other (a fit, then its quality measurement) into
+/// Combines the progress of parts that run one after the other (a fit, then the one that judges it) into
 /// that of one job.
 class ProgressParts {
 public:

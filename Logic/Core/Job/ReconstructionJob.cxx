@@ -41,7 +41,7 @@ struct ReconstructionJob::Impl {
   void showProfiles(ReconstructionResult& result, const std::stop_token& stop) const;
   void estimate(ReconstructionResult& result, const Volume& second, std::span<const Stack> placed,
                 std::span<const HeldOutValue> seen, ProgressParts& parts, const std::stop_token& stop) const;
-  /// Measures the result's quality by a second fit with the same settings, and its uncertainty.
+  /// Judges the result's quality by a second fit with the same settings, and its uncertainty.
   void judge(ReconstructionResult& result, std::span<const Stack> placed, ProgressParts& parts,
              const std::stop_token& stop);
 };

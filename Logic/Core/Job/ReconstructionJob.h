@@ -36,7 +36,7 @@ struct ReconstructionInput {
                                           // box, cropped to the mask's
   bool cropToMask = false;                // also crop a given output grid to the mask's box
   /// Above 0, up to 0.5: the share of every stack's slices held out from a second fit with the same settings,
-  /// which measures the quality on them. The delivered model is fitted to all slices.
+  /// which judges the quality on them. The delivered model is fitted to all slices.
   double heldOutFraction = 0;
   /// Also estimates how far the volume may be from the truth, by that second fit; without a fraction, one
   /// slice in five is held out.
@@ -95,7 +95,7 @@ public:
   void onPreview(std::function<void(const Volume&)> callback);
 
   /// Blocks. A stop request ends it within 200 ms with cancelled = true and the model fitted so far; during
-  /// the quality measurement it ends only that. Throws Error. renderWhenCancelled: also renders the volume of
+  /// the judging it ends only that. Throws Error. renderWhenCancelled: also renders the volume of
   /// a stopped fit.
   ReconstructionResult run(std::stop_token stop = {}, bool renderWhenCancelled = false);
 

@@ -15,7 +15,7 @@ namespace innergs {
 int runningJobs();
 
 /// One fit of a model to its input, with the prediction before it, the refinement after it and its volume. A
-/// job makes one, and a second one to measure its quality.
+/// job makes one, and a second one to judge its quality.
 class ReconstructionRun {
 public:
   /// The input must outlive the run. heldOut: leaves out the slices selected by heldOutFraction, and scores
@@ -24,7 +24,7 @@ public:
                     ProgressCallback progress, std::function<void(const Volume&)> preview = {});
   ~ReconstructionRun();
 
-  /// ReconstructionJob::run() without the quality measurement.
+  /// ReconstructionJob::run() without judging the quality.
   ReconstructionResult run(const std::stop_token& stop, bool renderWhenCancelled);
 
   /// Before run(): also keeps what is seen of held-out slices, for takeHeldOutValues().

@@ -336,7 +336,7 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
                outputVoxels = static_cast<double>(output.voxelCount());
   const double members = *filled.ensembleSize;
   const double heldOut = heldOutFraction(input);
-  const double fits = heldOut > 0 ? 2 - heldOut : 1; // includes the fit that measures the quality
+  const double fits = heldOut > 0 ? 2 - heldOut : 1; // includes the fit that judges the quality
   if (predicts(settings, traits)) return fits * masked * predictedSeconds(input, settings, filled, output);
   double mixing = 0, trying = 0;
   if (predictsEach(settings, traits, input.stacks, !input.masks.empty())) {
