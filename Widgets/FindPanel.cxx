@@ -144,7 +144,7 @@ QWidget* FindPanel::buildFinding() {
   threshold_->describe(QStringLiteral("findThreshold"), tr("Threshold"), thresholded_->toolTip());
   form->addRow(thresholded_, threshold_);
   smoothing_ = numberBox("findSmoothing", tr(" mm"), 20, 0.5,
-                         tr("Standard deviation of a Gaussian that smooths the surface"));
+                         tr("Standard deviation of a Gaussian that smooths the surface."));
   form->addRow(tr("S&moothing"), smoothing_);
   minimum_ = numberBox("findMinimum", tr(" ml"), 10000, 0.5, tr("Smaller connected parts are left out"));
   form->addRow(tr("M&inimum size"), minimum_);

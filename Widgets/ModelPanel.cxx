@@ -68,15 +68,15 @@ void ModelPanel::build() {
     title->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Expanding);
     form->addRow(title, value);
   };
-  row(state_, "modelState", tr("State"), tr("Whether the model is saved in a file"));
-  row(gaussians_, "modelGaussians", tr("Gaussians"), tr("Number of Gaussians in the model"));
-  row(memory_, "modelMemory", tr("Memory"), tr("Memory that the model uses"));
+  row(state_, "modelState", tr("State"), tr("Whether the model is saved in a file."));
+  row(gaussians_, "modelGaussians", tr("Gaussians"), tr("Number of Gaussians in the model."));
+  row(memory_, "modelMemory", tr("Memory"), tr("Memory that the model uses."));
   row(size_, "modelSize", tr("Extent"),
       tr("Size of the box that holds the fitted region, along right–left, anterior–posterior and "
-         "superior–inferior"));
-  row(origin_, "modelOrigin", tr("From"), tr("The scans or the file it comes from"));
-  row(file_, "modelFile", tr("File"), tr("The file it was last read from or saved to, and its size"));
-  row(description_, "modelDescription", tr("Summary"), tr("Its Gaussians, blending, extent and memory"));
+         "superior–inferior."));
+  row(origin_, "modelOrigin", tr("From"), tr("The scans or the file it comes from."));
+  row(file_, "modelFile", tr("File"), tr("The file it was last read from or saved to, and its size."));
+  row(description_, "modelDescription", tr("Summary"), tr("Its Gaussians, blending, extent and memory."));
   all->addLayout(form);
 
   ellipsoids_ = named(new QCheckBox(tr("Show &ellipsoids")), "modelEllipsoids",

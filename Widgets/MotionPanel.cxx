@@ -157,7 +157,7 @@ QWidget* MotionPanel::buildView() {
   line->addWidget(play_);
   time_ = new ValueSlider(tr(" s"), 3, this);
   time_->describe(QStringLiteral("motionTime"), tr("Time"),
-                  tr("The time at which the slice views and the query's plane show the model"));
+                  tr("The time at which the slice views and the query's plane show the model."));
   line->addWidget(time_, 1);
   speed_ = named(new QComboBox(this), "motionSpeed", tr("Playback speed."));
   speed_->setAccessibleName(tr("Speed"));

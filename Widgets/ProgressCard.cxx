@@ -62,7 +62,7 @@ ProgressCard::ProgressCard(QWidget* parent)
       bar_(new QProgressBar(head_)), chart_(new FitChart(this)), preview_(new PreviewView(this)) {
   named(remaining_, "remainingText", tr("Estimated time until everything is done."));
   numbers_->setTextFormat(Qt::RichText);
-  named(bar_, "progressBar", tr("Share of the whole work done (%), including the judging of the quality."));
+  named(bar_, "progressBar", tr("Share of all the work done (%), the second fit included."));
   bar_->setRange(0, kBarSteps);
   bar_->setFormat(tr("%p %"));
   numbers_->setToolTip(tr("PSNR in dB: more is better. The loss has no unit: less is better."));

@@ -433,9 +433,9 @@ void QueryPanel::build() {
     const char* name;
     QString text, toolTip;
   } kinds[3] = {
-      {"queryAxial", tr("&Axial"), tr("From the feet: the patient's right on the left, anterior up")},
-      {"queryCoronal", tr("&Coronal"), tr("From the front: the patient's right on the left, superior up")},
-      {"querySagittal", tr("&Sagittal"), tr("From the side: anterior on the left, superior up")}};
+      {"queryAxial", tr("&Axial"), tr("From the feet: the patient's right on the left, anterior up.")},
+      {"queryCoronal", tr("&Coronal"), tr("From the front: the patient's right on the left, superior up.")},
+      {"querySagittal", tr("&Sagittal"), tr("From the side: anterior on the left, superior up.")}};
   for (int i = 0; i < 3; ++i) {
     auto* button = orientations_[i] = named(new QToolButton, kinds[i].name, kinds[i].toolTip);
     button->setText(kinds[i].text);
@@ -453,18 +453,18 @@ void QueryPanel::build() {
   position_->describe(
       QStringLiteral("queryPosition"), tr("Position along the normal"),
       tr("Distance (mm) of the plane from the origin of the patient's coordinates, along its normal: "
-         "to the right (R), left (L), front (A), back (P), head (S) or feet (I)"));
+         "to the right (R), left (L), front (A), back (P), head (S) or feet (I)."));
   tiltUp_ = new ValueSlider(tr("°"), 1);
   tiltUp_->describe(
       QStringLiteral("queryTiltHorizontal"), tr("Tilt about the horizontal axis"),
-      tr("Angle (degrees) about the view's horizontal axis, from the orientation chosen above"));
+      tr("Angle (degrees) about the view's horizontal axis, from the orientation chosen above."));
   tiltSide_ = new ValueSlider(tr("°"), 1);
   tiltSide_->describe(
       QStringLiteral("queryTiltVertical"), tr("Tilt about the vertical axis"),
-      tr("Angle (degrees) about the view's vertical axis, from the orientation chosen above"));
+      tr("Angle (degrees) about the view's vertical axis, from the orientation chosen above."));
   inPlane_ = new ValueSlider(tr("°"), 1);
   inPlane_->describe(QStringLiteral("queryInPlane"), tr("Rotation in the plane"),
-                     tr("Angle (degrees) about the plane's own normal: the picture turns clockwise"));
+                     tr("Angle (degrees) about the plane's own normal: the picture turns clockwise."));
   for (ValueSlider* angle : {tiltUp_, tiltSide_, inPlane_}) {
     angle->setRange(-180, 180);
     angle->setSingleStep(1);
@@ -481,7 +481,7 @@ void QueryPanel::build() {
     grid->addWidget(slider, row++, 1);
   }
   pixelSize_ = numberBox("queryPixelSize", tr(" mm"), 3,
-                         tr("Distance (mm) between the plane's pixels: as shown and as exported"));
+                         tr("Distance (mm) between the plane's pixels: as shown and as exported."));
   pixelSize_->setRange(0.01, 100);
   pixelSize_->setSingleStep(0.1);
   pixelSize_->setValue(1);
@@ -523,8 +523,8 @@ void QueryPanel::build() {
   place->addWidget(copyCommand_);
   rows->addLayout(place);
 
-  window_ = numberBox("queryWindow", {}, 1, tr("Range of values from black to white (scanner units)"));
-  level_ = numberBox("queryLevel", {}, 1, tr("Value shown as middle grey (scanner units)"));
+  window_ = numberBox("queryWindow", {}, 1, tr("Range of values from black to white (scanner units)."));
+  level_ = numberBox("queryLevel", {}, 1, tr("Value shown as middle grey (scanner units)."));
   window_->setRange(0.001, 1e9);
   level_->setRange(-1e9, 1e9);
   for (QDoubleSpinBox* box : {window_, level_}) {

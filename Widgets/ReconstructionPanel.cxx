@@ -355,7 +355,7 @@ QWidget* ReconstructionPanel::makeInputs() {
     return selector;
   };
   mask_ = add(Host::Role::Mask, "maskSelector", tr("Mas&k:"),
-              tr("Reconstructs only what is inside this segmentation, and up to one slice around it.\n"
+              tr("Reconstruct only what is inside this segmentation, and up to one slice around it.\n"
                  "None: everything. A scan with its own mask uses that instead."));
   if (mask_) {
     maskLabel_ = qobject_cast<QLabel*>(form->labelForField(mask_));
@@ -366,7 +366,7 @@ QWidget* ReconstructionPanel::makeInputs() {
     connect(fill_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, &ReconstructionPanel::edited);
   }
   region_ = add(Host::Role::Region, "regionSelector", tr("R&egion:"),
-                tr("Reconstructs only what is inside this box. None: everything."));
+                tr("Reconstruct only what is inside this box. None: everything."));
   return group;
 }
 

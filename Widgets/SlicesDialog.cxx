@@ -26,20 +26,20 @@ struct Column {
 };
 
 QVector<Column> columns() {
-  return {
-      {"Scan", SlicesDialog::tr("Scan"), SlicesDialog::tr("The scan, in the order of the list"), 0},
-      {"Slice", SlicesDialog::tr("Slice"), SlicesDialog::tr("The slice of that scan, from 0"), 0},
-      {"Displacement (mm)", SlicesDialog::tr("Moved by (mm)"),
-       SlicesDialog::tr("How far the slice moved relative to its scan (root mean square over what it shows)"),
-       2},
-      {"Angle (degrees)", SlicesDialog::tr("Turned by (°)"),
-       SlicesDialog::tr("How far the slice turned relative to its scan"), 2},
-      {"Weight", SlicesDialog::tr("Weight"),
-       SlicesDialog::tr("How much the slice counts; 0: it fits nowhere and was left out"), 2},
-      {"Gain", SlicesDialog::tr("Gain"), SlicesDialog::tr("The factor that its values were multiplied by"),
-       3},
-      {"Residual", SlicesDialog::tr("Residual"),
-       SlicesDialog::tr("How much it differs from what the other scans show there (scanner units)"), 2}};
+  return {{"Scan", SlicesDialog::tr("Scan"), SlicesDialog::tr("The scan, in the order of the list."), 0},
+          {"Slice", SlicesDialog::tr("Slice"), SlicesDialog::tr("The slice of that scan, from 0."), 0},
+          {"Displacement (mm)", SlicesDialog::tr("Moved by (mm)"),
+           SlicesDialog::tr(
+               "How far the slice moved relative to its scan (root mean square over what it shows)."),
+           2},
+          {"Angle (degrees)", SlicesDialog::tr("Turned by (°)"),
+           SlicesDialog::tr("How far the slice turned relative to its scan."), 2},
+          {"Weight", SlicesDialog::tr("Weight"),
+           SlicesDialog::tr("How much the slice counts; 0: it fits nowhere and was left out."), 2},
+          {"Gain", SlicesDialog::tr("Gain"),
+           SlicesDialog::tr("The factor that its values were multiplied by."), 3},
+          {"Residual", SlicesDialog::tr("Residual"),
+           SlicesDialog::tr("How much it differs from what the other scans show there (scanner units)."), 2}};
 }
 
 QStandardItem* cell(double value, int digits) {
