@@ -154,7 +154,7 @@ Subcommand addEvaluate(CLI::App& app) {
        {"both", Protocol::Both},
        {"stacks", Protocol::Stacks},
        {"scans", Protocol::Scans}},
-      "held-out: held-out data are hidden in every plane; paper: held out per plane, so that the\nother "
+      "held-out: the held-out data are hidden in every plane; paper: held out per plane, so that the\nother "
       "planes still show them; stacks: thick scans at right angles of a patient who moves; scans: "
       "slices
 held out from several real scans, predicted from the rest and from their average [held-out]");
@@ -184,8 +184,8 @@ held out from several real scans, predicted from the rest and from their average
   };
   amount("--gap", o->stacks.gap, "MM", "Stacks: distance between slices [0]");
   amount("--motion", o->stacks.motion, "MM",
-         "Stacks: every slice is displaced by up to this along each axis [0]");
-  amount("--turn", o->stacks.turn, "DEG", "Stacks: and turned by up to this about each axis [0]");
+         "Stacks: largest shift of a slice along each axis [0]");
+  amount("--turn", o->stacks.turn, "DEG", "Stacks: largest turn of a slice about each axis [0]");
   addOption(*command, "--motion-packets", o->stacks.motionPackets, "N",
             "Stacks: number of interleaved packets whose slices move together [0: every slice moves "
             "by itself]")

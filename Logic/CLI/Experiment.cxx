@@ -360,7 +360,7 @@ Subcommand addExperiment(CLI::App& app) {
   command->add_flag("--quick", o->quick, "A small crop and a few iterations: only shows that it runs");
   addOption(*command, "--gaussians", o->gaussians, "N",
             "Gaussians at the start of a fit [74088, the paper's]");
-  addSetting(*command, o->settings, "seed", "Of held-out slices, starts and simulations [1]");
+  addSetting(*command, o->settings, "seed", "Seed of held-out slices, starts and simulations [1]");
   for (const char* name : {"threads", "device", "instructionSet"})
     addSetting(*command, o->settings, name);
   command->add_flag("-q,--quiet", o->quiet, "No progress; the tables only");

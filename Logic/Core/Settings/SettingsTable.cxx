@@ -133,7 +133,7 @@ const std::vector<Setting>& settingsTable() {
                          {"on", tr("on")}}}),
       Setting("keepBias", MEMBER(keepBias), Fit, tr("Keep the shading"),
               tr("Several scans whose bias fields are estimated: give all scans, and so the result, the bias "
-                 "field of the first, in place of none.")),
+                 "field of the first instead of none.")),
       Setting(
           "n4", MEMBER(n4), Fit, tr("N4 before the fit"),
           tr("Before anything else, divide each scan by the bias field that ITK's N4 finds in it alone.")),
@@ -231,7 +231,7 @@ const std::vector<Setting>& settingsTable() {
                .applies = refines}),
       Setting("nodeDistance", MEMBER(nodeDistance), Dynamic, tr("Distance of motion nodes"),
               tr("Dynamic scans whose Gaussians move: distance between the nodes of the motion grid, in "
-                 "the finest spacing."),
+                 "voxels of the finest spacing."),
               {.range = between(1, 100),
                .unit = tr("voxels"),
                .automatic = "6",
