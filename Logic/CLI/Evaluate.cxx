@@ -156,8 +156,7 @@ Subcommand addEvaluate(CLI::App& app) {
        {"scans", Protocol::Scans}},
       "held-out: the held-out data are hidden in every plane; paper: held out per plane, so that the\nother "
       "planes still show them; stacks: thick scans at right angles of a patient who moves; scans: "
-      "slices
-held out from several real scans, predicted from the rest and from their average [held-out]");
+      "slices\nheld out from several real scans, predicted from the rest and from their average [held-out]");
   auto* keepEvery =
       addOption(*command, "--keep-every", o->keepEvery, "K",
                 "Held-out: keep every k-th axial slice, score on the others [4, without other case]")
@@ -183,8 +182,7 @@ held out from several real scans, predicted from the rest and from their average
     addOption(*command, name, target, unit, help)->check(CLI::NonNegativeNumber);
   };
   amount("--gap", o->stacks.gap, "MM", "Stacks: distance between slices [0]");
-  amount("--motion", o->stacks.motion, "MM",
-         "Stacks: largest shift of a slice along each axis [0]");
+  amount("--motion", o->stacks.motion, "MM", "Stacks: largest shift of a slice along each axis [0]");
   amount("--turn", o->stacks.turn, "DEG", "Stacks: largest turn of a slice about each axis [0]");
   addOption(*command, "--motion-packets", o->stacks.motionPackets, "N",
             "Stacks: number of interleaved packets whose slices move together [0: every slice moves "
@@ -219,8 +217,7 @@ held out from several real scans, predicted from the rest and from their average
       "  innergs evaluate t1.nii.gz --protocol stacks --motion 3 --turn 3 --central 120 --noise 10\n"
       "  innergs evaluate a.nii.gz b.nii.gz --protocol scans --mask a-brain.nii.gz b-brain.nii.gz\n"
       "  innergs evaluate t1.nii.gz --protocol paper --gaussians 74088");
-  return {command, [o] {
-    return evaluate(*o); }};
+  return {command, [o] { return evaluate(*o); }};
 }
 
 } // namespace innergs::cli

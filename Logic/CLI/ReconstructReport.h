@@ -6,7 +6,7 @@
 namespace innergs::cli {
 
 nlohmann::ordered_json toJson(const GridGeometry& geometry);
-/// moving: the settings of dynamic scans, else those of all other fits.
+/// dynamic: the settings of dynamic scans, else those of all other fits.
 nlohmann::ordered_json toJson(const Settings& settings, bool dynamic = false);
 /// Where a fit ran.
 nlohmann::ordered_json toJson(const DeviceUse& device);
