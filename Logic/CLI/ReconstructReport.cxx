@@ -4,6 +4,7 @@
 #include "CLI/Version.h"
 
 #include "Core/Acquisition/SliceOrder.h"
+#include "Core/Base/SystemMemory.h"
 #include "Core/Job/FoundSlices.h"
 
 #include <itkVersion.h>

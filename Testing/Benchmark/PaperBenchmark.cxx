@@ -1,6 +1,5 @@
-#include "Platform.h"
-
 #include "Core/Base/Error.h"
+#include "Core/Base/SystemMemory.h"
 #include "Core/Fit/Plan.h"
 #include "Evaluation/PaperProtocol.h"
 #include "IO/AtomicFile.h"
@@ -142,7 +141,7 @@ int run(Options& o, std::int64_t atStart) {
 } // namespace innergs::bench
 
 int main(int argc, char** argv) {
-  const std::int64_t atStart = innergs::bench::peakMemory();
+  const std::int64_t atStart = innergs::peakMemory();
   innergs::bench::Options options;
   CLI::App app("Protocol P with time to quality and memory, or the response to a user, as JSON");
   app.add_option("volume", options.volume, "The truth")->required();

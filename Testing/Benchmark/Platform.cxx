@@ -6,11 +6,8 @@
 
 #if defined(_WIN32)
 #include <windows.h>
-// after windows.h
-#include <psapi.h>
 #else
 #include <csignal>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #endif
 #if defined(__APPLE__)
@@ -33,21 +30,6 @@ namespace {
 }
 
 } // namespace
-
-std::int64_t peakMemory() {
-#if defined(_WIN32)
-  PROCESS_MEMORY_COUNTERS counters{};
-  return GetProcessMemoryInfo(GetCurrentProcess(), &counters, sizeof(counters))
-             ? static_cast<std::int64_t>(counters.PeakWorkingSetSize)
-             : 0;
-#elif defined(__APPLE__)
-  rusage usage{};
-  return getrusage(RUSAGE_SELF, &usage) == 0 ? static_cast<std::int64_t>(usage.ru_maxrss) : 0;
-#else
-  return 1024 *
-         std::atoll(valueIn("/proc/self/status", "VmHWM").c_str()); // ru_maxrss includes the parent's at fork
-#endif
-}
 
 std::string processorModel() {
 #if defined(_WIN32)

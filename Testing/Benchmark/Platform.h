@@ -1,13 +1,10 @@
 #pragma once
-#include <cstdint>
 #include <string>
 #include <vector>
 
 /// Functions that depend on the operating system.
 namespace innergs::bench {
 
-/// Peak resident memory of this process so far, bytes; 0: unknown.
-std::int64_t peakMemory();
 /// E.g. "AMD EPYC 9755"; empty: unknown.
 std::string processorModel();
 /// Runs a program and waits; appends its output to `log`.
