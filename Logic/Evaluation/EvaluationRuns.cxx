@@ -2,6 +2,7 @@
 
 #include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
+#include "Core/Base/SystemMemory.h"
 
 #include <algorithm>
 #include <chrono>
@@ -50,7 +51,7 @@ TimedVolume runMethod(const std::string& name, const EvaluationOptions& options,
   const std::clock_t cpuStart = std::clock();
   auto volume = std::make_shared<const Volume>(method());
   return {std::move(volume), secondsSince(start),
-          static_cast<double>(std::clock() - cpuStart) / CLOCKS_PER_SEC};
+          static_cast<double>(std::clock() - cpuStart) / CLOCKS_PER_SEC, peakMemory()};
 }
 
 } // namespace innergs

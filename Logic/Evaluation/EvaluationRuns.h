@@ -11,11 +11,13 @@ double intensityRange(const Volume& volume);
 Volume reconstructGaussians(const std::vector<Stack>& stacks, const GridGeometry& grid,
                             const EvaluationOptions& options, EvaluationReport& report);
 
-/// Announces a method, runs it and measures its time (CPU time: of the whole process; on Windows wall time);
-/// throws Error(Cancelled) if stopped before.
+/// Announces a method, runs it and measures its time (CPU time: of the whole process; on Windows wall time)
+/// and the most memory that the process has had resident until then
+/// (bytes; 0: unknown); throws Error(Cancelled) if stopped before.
 struct TimedVolume {
   std::shared_ptr<const Volume> volume;
   double seconds = 0, cpuSeconds = 0;
+  std::int64_t peakMemory = 0;
 };
 TimedVolume runMethod(const std::string& name, const EvaluationOptions& options,
                       const std::function<Volume()>& method);

@@ -153,6 +153,7 @@ EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOu
     score.ssim = quality.ssim;
     score.seconds = run.seconds;
     score.cpuSeconds = run.cpuSeconds;
+    score.peakMemory = run.peakMemory;
     if (options.keepVolumes) score.volume = run.volume;
     if (name == "gaussians" && report.uncertainty)
       score.intervals = intervalScore(*run.volume, input.truth, scored, *report.uncertainty,

@@ -52,6 +52,7 @@ struct MethodScore {
   double pooledPsnr = 0; // protocol P only (in protocol H, psnr is pooled already)
   double seconds = 0;
   double cpuSeconds = 0;                  // 0: not measured (protocol P)
+  std::int64_t peakMemory = 0;            // bytes, of the process until then; 0: not measured (P)
   std::vector<PlaneScore> perPlane;       // protocol P only
   std::optional<PoseErrors> poses;        // protocol stacks, of the Gaussians
   std::optional<double> ncc;              // protocol scans: normalised cross-correlation

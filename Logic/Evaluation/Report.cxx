@@ -1,6 +1,7 @@
 #include "Evaluation/Report.h"
 
 #include "Core/Base/NumberText.h"
+#include "Core/Base/Quantities.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -53,6 +54,7 @@ nlohmann::ordered_json toJson(const EvaluationReport& report) {
     entry["ssim"] = method.ssim;
     entry["seconds"] = method.seconds;
     if (method.cpuSeconds > 0) entry["cpu_seconds"] = method.cpuSeconds;
+    if (method.peakMemory > 0) entry["peak_memory_bytes"] = method.peakMemory;
     entry["pooled_psnr"] = method.pooledPsnr;
     if (method.ncc) entry["ncc"] = *method.ncc;
     if (method.poses) entry["pose_errors"] = toJson(*method.poses);
@@ -88,7 +90,8 @@ std::string textReport(std::span<const EvaluationReport> reports) {
                                            : "Protocol H (held-out), ";
     text += report->caseName + "\n";
     text += "Samples: " + report->samples + "\n" + report->range + "\n";
-    text += paddedCell("method", 16, true) + paddedCell("PSNR dB", 9) + paddedCell("SSIM", 9) + paddedCell("seconds", 10);
+    text += paddedCell("method", 16, true) + paddedCell("PSNR dB", 9) + paddedCell("SSIM", 9) +
+            paddedCell("seconds", 10);
     if (report->protocol == "scans") text += paddedCell("NCC", 8);
     if (paper) {
       text += paddedCell("pooled dB", 11);
@@ -126,6 +129,10 @@ std::string textReport(std::span<const EvaluationReport> reports) {
             "held-out slices); median standard deviation %.3g.\n",
             method.name.c_str(), 100 * method.intervals->coverage, 100 * method.intervals->own,
             method.intervals->width);
+    if (!report->methods.empty() && report->methods.front().peakMemory > 0)
+      text += formatted("Memory: %s at most until %s was done.\n",
+                        bytesText(static_cast<double>(report->methods.front().peakMemory)).c_str(),
+                        report->methods.front().name.c_str());
     for (const std::string& note : report->notes)
       text += "Note: " + note + "\n";
   }

@@ -154,6 +154,7 @@ EvaluationReport evaluateScans(const std::vector<Stack>& scans, const std::vecto
   }
   report.methods.front().seconds += fit.seconds;
   report.methods.front().cpuSeconds = fit.cpuSeconds;
+  report.methods.front().peakMemory = fit.peakMemory;
   if (options.keepVolumes) report.methods.front().volume = fit.volume;
 
   std::vector<double> squared(methods.size()), correlation(methods.size());

@@ -164,6 +164,7 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
     method.ssim = quality.ssim;
     method.seconds = run.seconds;
     method.cpuSeconds = run.cpuSeconds;
+    method.peakMemory = run.peakMemory;
     if (uncertainty) method.intervals = intervalScore(image, truth, mask, *uncertainty, deviation, 0);
     if (options.keepVolumes) method.volume = std::make_shared<const Volume>(std::move(image));
     return method;

@@ -24,7 +24,7 @@ EvaluationReport report(const std::string& protocol) {
   if (protocol == "paper")
     gaussians.perPlane = {{Plane::Axial, 30, 0.9, 29, 7}, {Plane::Coronal, 31, 0.8, 30, 8}};
   else
-    gaussians.cpuSeconds = 4.5;
+    gaussians.cpuSeconds = 4.5, gaussians.peakMemory = 640'000'000;
   MethodScore perfect;
   perfect.name = "linear";
   perfect.psnr = std::numeric_limits<double>::infinity();
@@ -51,6 +51,8 @@ TEST(Report, JsonHasTheAgreedShape) {
   ASSERT_EQ(array.size(), 2u);
   EXPECT_FALSE(array[1]["methods"]["gaussians"].contains("cpu_seconds"));
   EXPECT_DOUBLE_EQ(array[0]["methods"]["gaussians"]["cpu_seconds"], 4.5);
+  EXPECT_FALSE(array[1]["methods"]["gaussians"].contains("peak_memory_bytes"));
+  EXPECT_EQ(array[0]["methods"]["gaussians"]["peak_memory_bytes"], 640'000'000);
   EXPECT_EQ(array[0]["protocol"], "held-out");
 }
 
@@ -61,6 +63,7 @@ TEST(Report, TextPutsHeldOutNumbersFirstAndNamesTheSamples) {
   EXPECT_NE(text.find("Samples: 12 voxels"), std::string::npos);
   EXPECT_NE(text.find("31.25"), std::string::npos);
   EXPECT_NE(text.find("30.00 / 0.9000"), std::string::npos);
+  EXPECT_NE(text.find("Memory: 640 MB at most until gaussians was done."), std::string::npos);
 }
 
 TEST(Report, CsvHasOneRowPerMethodAndPlane) {
