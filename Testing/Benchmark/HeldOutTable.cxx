@@ -1,25 +1,15 @@
 #include "Markdown.h"
+#include "Scores.h"
 #include "Tables.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace innergs::bench {
 namespace {
 
-struct Scores {
-  explicit Scores(const nlohmann::json& report) : methods(report.at("methods")) {}
-  double get(const std::string& method, const char* key) const {
-    if (!methods.contains(method) || !methods.at(method).at(key).is_number()) return NAN;
-    return methods.at(method).at(key).get<double>();
-  }
-  double psnr(const std::string& method) const { return get(method, "psnr"); }
-  double bestInterpolation() const { return std::max({psnr("linear"), psnr("cubic"), psnr("lanczos")}); }
-  std::string text(const std::string& method) const {
-    return std::isnan(psnr(method)) ? "" : fixed(psnr(method), 2) + " / " + fixed(get(method, "ssim"), 4);
-  }
-  const nlohmann::json& methods;
-};
+double bestInterpolation(const Scores& s) {
+  return s.best({"linear", "cubic", "lanczos"}, "psnr");
+}
 
 /// What the Gaussians must exceed, and by how much at least.
 struct Target {
@@ -31,9 +21,9 @@ struct Target {
 };
 
 std::vector<Target> targets(const std::string& volume, const std::string& heldOutCase, const Scores& s) {
-  std::vector<Target> all{{"best interpolation", s.bestInterpolation(), 0}};
+  std::vector<Target> all{{"best interpolation", bestInterpolation(s), 0}};
   if (volume != "studyforrest T1") return all;
-  if (heldOutCase == "keep-every-4") all = {{"best interpolation", s.bestInterpolation(), 0.5}};
+  if (heldOutCase == "keep-every-4") all = {{"best interpolation", bestInterpolation(s), 0.5}};
   if (heldOutCase == "thick-4")
     all = {{"cubic", s.psnr("cubic"), 0.8}, {"back-projection", s.psnr("backprojection"), 0.4}};
   if (heldOutCase == "orthogonal-2-thick-4") all = {{"back-projection", s.psnr("backprojection"), 0.7}};
@@ -66,7 +56,7 @@ std::string heldOutTable(const std::vector<HeldOutOutcome>& outcomes) {
     }
     table.add({volume, heldOutCase, measuredOn(heldOutCase, *outcome.json), s.text("gaussians"),
                s.text("linear"), s.text("cubic"), s.text("lanczos"), s.text("average"),
-               s.text("backprojection"), s.text("totalvariation"), withSign(psnr - s.bestInterpolation(), 2),
+               s.text("backprojection"), s.text("totalvariation"), withSign(psnr - bestInterpolation(s), 2),
                std::isnan(s.psnr("backprojection")) ? "" : withSign(psnr - s.psnr("backprojection"), 2),
                wanted, met, fixed(s.get("gaussians", "seconds"), 1),
                fixed(s.get("gaussians", "cpu_seconds"), 1)});

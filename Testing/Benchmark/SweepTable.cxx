@@ -1,4 +1,5 @@
 #include "Markdown.h"
+#include "Scores.h"
 #include "Tables.h"
 
 #include <algorithm>
@@ -11,12 +12,8 @@ constexpr double kTolerance = 0.02; // dB
 
 /// Gain over the best of linear, cubic, Lanczos and back-projection.
 double gainOf(const nlohmann::json& report, const char* key) {
-  const auto& methods = report.at("methods");
-  double best = -INFINITY;
-  for (const char* other : {"linear", "cubic", "lanczos", "backprojection"})
-    if (methods.contains(other) && methods.at(other).at(key).is_number())
-      best = std::max(best, methods.at(other).at(key).get<double>());
-  return methods.at("gaussians").at(key).get<double>() - best;
+  const Scores s(report);
+  return s.get("gaussians", key) - s.best({"linear", "cubic", "lanczos", "backprojection"}, key);
 }
 
 struct Group {

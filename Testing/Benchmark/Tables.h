@@ -27,6 +27,18 @@ struct HeldOutOutcome {
 };
 std::string heldOutTable(const std::vector<HeldOutOutcome>& outcomes);
 
+/// The cases of stackTable().
+inline const std::string kStill = "three stacks, still", kTwoStill = "two stacks, still",
+                         kMoved = "±3 mm, ±3° per slice", kMovedMuch = "±5 mm, ±5° per slice",
+                         kShaded = "still, shading ±40 %";
+struct StackOutcome {
+  std::string volume, stacksCase; // no case: all of them
+  int seed = 1;
+  Outcome outcome;
+};
+/// One row per quantity of a case, with the values of all seeds.
+std::string stackTable(const std::vector<StackOutcome>& outcomes);
+
 /// One row per volume: the gain over the best interpolation, on average and in the worst case.
 std::string sweepTable(const std::vector<HeldOutOutcome>& outcomes);
 
