@@ -85,7 +85,7 @@ Json fieldInfo(const GaussianField& field) {
   return info;
 }
 
-Json stillInfo(const Model& model, const FeatureModel* features, const std::filesystem::path& path) {
+Json staticInfo(const Model& model, const FeatureModel* features, const std::filesystem::path& path) {
   Json info = fieldInfo(model.field);
   if (isPly(path)) return info;
   info["kind"] = "model";
@@ -112,7 +112,7 @@ Json dynamicInfo(const DynamicField& field) {
 
 Json modelInfo(const std::filesystem::path& path) {
   const AnyModel read = readAnyModel(path);
-  Json info = read.field ? dynamicInfo(*read.field) : stillInfo(*read.model, read.features.get(), path);
+  Json info = read.field ? dynamicInfo(*read.field) : staticInfo(*read.model, read.features.get(), path);
   if (!read.notes.empty()) info["notes"] = read.notes;
   return info;
 }

@@ -32,7 +32,7 @@ private Q_SLOTS:
   void init() {
     window_ = std::make_unique<Window>();
     host_ = std::make_unique<FakeHost>();
-    host_->cancelDelay = -1;
+    host_->cancelsByItself = false;
     question_ = std::make_unique<EndingQuestion>(host_.get(), window_.get(), nullptr);
     question_->guard("FileCloseSceneAction", "on_FileCloseSceneAction_triggered()", "Close the scene?");
     QVERIFY(showActive(*window_));

@@ -191,7 +191,7 @@ bool FakeHost::start(const Request& request) {
 
 void FakeHost::cancel() {
   ++cancels;
-  if (cancelDelay >= 0) QTimer::singleShot(cancelDelay, this, &FakeHost::sendCancelled);
+  if (cancelsByItself) QTimer::singleShot(0, this, &FakeHost::sendCancelled);
 }
 
 vtkSmartPointer<vtkTable> FakeHost::exampleSlices() {

@@ -36,8 +36,8 @@ public:
   ///@{
   /// The reconstruction.
   innergs::ui::Estimate nextEstimate;
-  QString refusal;      // start() fails with it
-  int cancelDelay = 50; // ms until cancelled(); negative: the test calls sendCancelled()
+  QString refusal;             // start() fails with it
+  bool cancelsByItself = true; // once events are processed; otherwise the test calls sendCancelled()
   QVector<innergs::ui::Request> estimated, requests; // what was asked for, in order
   int cancels = 0;
   void sendProgress(innergs::Phase phase, double fraction, int iteration = 0, double loss = 0,

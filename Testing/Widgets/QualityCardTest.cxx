@@ -27,6 +27,20 @@ private Q_SLOTS:
     snapshot(*area_, "panel-finished");
   }
 
+  void saysWhatWasFoundOfTheScans() {
+    Report report = FakeHost::exampleReport();
+    finish(report);
+    for (const char* name : {"resultProfile", "resultAgreement", "resultPrediction"})
+      QVERIFY(!isShown(name));
+    report.profile = "The slices look 4 mm thick.";
+    report.agreement = "The scans agree.";
+    report.prediction = "What lies between the slices was learned.";
+    finish(report);
+    QCOMPARE(label("resultProfile"), report.profile);
+    QCOMPARE(label("resultAgreement"), report.agreement);
+    QCOMPARE(label("resultPrediction"), report.prediction);
+  }
+
   void worseThanInterpolationIsSaid() {
     Report report = FakeHost::exampleReport();
     report.quality = {{"gaussians", 29, 0.9}, {"linear", 30.2, 0.92}, {"cubic", 30, 0.91}};

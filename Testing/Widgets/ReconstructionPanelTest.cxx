@@ -152,7 +152,7 @@ private Q_SLOTS:
 
   /// A user's session: start, watch, cancel, start again, done.
   void startCancelRestartFinish() {
-    host_->cancelDelay = -1;
+    host_->cancelsByItself = false;
     choose("head");
     TRY_VERIFY(button()->isEnabled());
     QCOMPARE(button()->text(), QString("&Reconstruct"));
@@ -204,7 +204,7 @@ private Q_SLOTS:
   }
 
   void judgingHasAPhaseOfItsOwn() {
-    host_->cancelDelay = -1;
+    host_->cancelsByItself = false;
     start();
     host_->sendProgress(Phase::Fitting, 0.3, 99, 0.003, 30, 60);
     host_->sendProgress(Phase::Fitting, 0.31, 100, 0.002, 30.75, 55);
@@ -231,7 +231,7 @@ private Q_SLOTS:
   }
 
   void theUncertaintyIsAskedForAndStated() {
-    host_->cancelDelay = -1;
+    host_->cancelsByItself = false;
     choose("head");
     QVERIFY(!panel_->request().estimateUncertainty);
     QSignalSpy changed(panel_, &ReconstructionPanel::requestChanged);
@@ -254,7 +254,7 @@ private Q_SLOTS:
   }
 
   void theChartTellsEnsemblesAndHalfResolutionApart() {
-    host_->cancelDelay = -1;
+    host_->cancelsByItself = false;
     start();
     const auto iterations = [&] { // of 100, two members of 50
       for (int n = 1; n <= 100; ++n) {

@@ -102,13 +102,17 @@ TEST_F(ReconstructTest, SaysWhatItAssumesOfTheSlices) {
     EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
     return outcome.err;
   };
-  const auto inputs = [&] { return nlohmann::json::parse(contents("out/r.json")).at("inputs"); };
+  const auto report = [&] { return nlohmann::json::parse(contents("out/r.json")); };
+  const auto inputs = [&] { return report().at("inputs"); };
   const auto says = [](const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
   };
   EXPECT_TRUE(says(told({"--slice-motion", "off"}),
                    "as thick as they lie apart: a.nii.gz (4 mm), b.nii.gz (4 mm). "));
   EXPECT_EQ(inputs()[0].at("thickness_from"), "assumed: the distance between slices");
+  EXPECT_FALSE(inputs()[0].at("estimated_thickness").at("statement").get<std::string>().empty());
+  EXPECT_EQ(report().at("agreement").at("scans").size(), 2u);
+  EXPECT_FALSE(report().at("agreement").at("statement").get<std::string>().empty());
   EXPECT_TRUE(inputs()[0].at("slice_order").is_null());
   EXPECT_FALSE(says(told({"--thickness", "4", "--slice-motion", "off"}), "how thick"));
   EXPECT_EQ(inputs()[1].at("thickness_from"), "--thickness");
@@ -125,6 +129,16 @@ TEST_F(ReconstructTest, SaysWhatItAssumesOfTheSlices) {
   EXPECT_FALSE(says(told({"--packets", "2"}), "--packets"));
   write("b.json", R"({"SliceTiming": [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]})");
   EXPECT_TRUE(says(told({}), "b.nii.gz one after the other. --packets, one number"));
+}
+
+TEST_F(ReconstructTest, SaysWhatLiesBetweenSlices) {
+  const Outcome outcome =
+      run({"reconstruct", scan("s.nii.gz", simulateThickStack(phantom({40, 40, 40}), 2, 4).image), "--preset",
+           "fast", "--iterations", "5", "-o", path("out/v.nii.gz"), "--report", path("out/r.json")});
+  expectSuccess(outcome);
+  const auto sentence = nlohmann::json::parse(contents("out/r.json")).at("prediction").get<std::string>();
+  EXPECT_FALSE(sentence.empty());
+  EXPECT_NE(outcome.err.find(sentence.substr(0, 30)), std::string::npos) << outcome.err;
 }
 
 TEST_F(ReconstructTest, WritesEverythingAskedFor) {

@@ -52,8 +52,8 @@ struct Rounding {
         change(reinterpret_cast<float*>(kernel.gaussians + kernel.replaced[k]), 16, kUlp);
     } else if constexpr (std::is_same_v<Kernel, RelocationKeys>) {
       for (std::int64_t i = 0; i < kernel.count; ++i)
-        if (kernel.need[i] > 1 && kernel.need[i] < 0xfffffffeu)
-          kernel.need[i] += static_cast<std::int64_t>(1.5f * next());
+        if (kernel.priority[i] > 1 && kernel.priority[i] < 0xfffffffeu)
+          kernel.priority[i] += static_cast<std::int64_t>(1.5f * next());
     }
   }
 };

@@ -45,7 +45,7 @@ TEST(ExperimentDynamic, GaussiansAreJudgedOnHeldOutFramesBesideEveryBaseline) {
   EXPECT_EQ(result.frames.rows.size(), 2u * 10); // frames 8 and 16, ten methods
   for (const auto* table : {&result.methods, &result.frames})
     for (const auto& row : table->rows)
-      EXPECT_NE(row.back().find("held out"), std::string::npos);
+      EXPECT_NE(row.back().find("held-out frame"), std::string::npos);
 }
 
 TEST(ExperimentDynamic, RefusesWhatItCannotHoldOut) {

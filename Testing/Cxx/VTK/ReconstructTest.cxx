@@ -87,7 +87,21 @@ TEST(ReconstructFilter, FusesSeveralInputs) {
   const ReconstructionInput input = orthogonalInput();
   auto filter = quickFilter(input);
   filter->Update();
-  expectSame(filter, reconstruct(input, quickSettings()));
+  const ReconstructionResult expected = reconstruct(input, quickSettings());
+  expectSame(filter, expected);
+  EXPECT_EQ(filter->GetAgreementNote(), agreementSentence(expected.agreement));
+  EXPECT_FALSE(filter->GetAgreementNote().empty());
+}
+
+TEST(ReconstructFilter, SaysWhatLiesBetweenSlicesAndHowThickTheyLook) {
+  const ReconstructionInput input = inputOf({keepEvery(phantom(grid(40, 36, 41)), 2, 4)});
+  auto filter = quickFilter(input);
+  filter->Update();
+  const ReconstructionResult expected = reconstruct(input, quickSettings());
+  EXPECT_FALSE(expected.prediction.empty());
+  EXPECT_EQ(filter->GetPredictionNote(), expected.prediction);
+  EXPECT_EQ(filter->GetProfileNote(), expected.profiles.sentence);
+  EXPECT_EQ(filter->GetAgreementNote(), "");
 }
 
 TEST(ReconstructFilter, HasN4) {
