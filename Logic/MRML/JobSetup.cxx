@@ -24,10 +24,15 @@
 #include <vtkMRMLMarkupsROINode.h>
 #include <vtkMRMLScene.h>
 #include <vtkMRMLSegmentationNode.h>
+#include <vtkMRMLSequenceNode.h>
 #include <vtkMRMLTableNode.h>
+#include <vtkMRMLTransformNode.h>
 
 #include <vtkCallbackCommand.h>
+#include <vtkDoubleArray.h>
 #include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 
 #include <algorithm>
@@ -291,6 +296,28 @@ void checkOutputs(Parameters* parameters, const std::vector<vtkMRMLVolumeNode*>&
                                            " is that of the uncertainty as well: choose another for one.");
 }
 
+/// Null: the slices lie where the volume puts them.
+vtkSmartPointer<vtkDoubleArray> slicePosesOf(Parameters* parameters, vtkMRMLVolumeNode* input) {
+  if (!parameters->HasInputSlicePoses(input)) return nullptr;
+  auto* sequence = vtkMRMLSequenceNode::SafeDownCast(parameters->GetInputSlicePosesNode(input));
+  if (!sequence)
+    refuse(ErrorCode::InvalidArgument,
+           "The slice poses of " + quoted(input) +
+               " are no sequence in the scene: choose one of linear transforms, or none.");
+  auto poses = vtkSmartPointer<vtkDoubleArray>::New();
+  poses->SetNumberOfComponents(16);
+  vtkNew<vtkMatrix4x4> matrix;
+  for (int k = 0; k < sequence->GetNumberOfDataNodes(); ++k) {
+    auto* transform = vtkMRMLTransformNode::SafeDownCast(sequence->GetNthDataNode(k));
+    if (!transform || !transform->IsLinear())
+      refuse(ErrorCode::InvalidArgument, "Item " + std::to_string(k) + " of " + quoted(sequence) +
+                                             " is no linear transform: slice poses are one for each slice.");
+    transform->GetMatrixTransformToParent(matrix);
+    poses->InsertNextTuple(matrix->GetData());
+  }
+  return poses;
+}
+
 void configure(vtkInnerGSReconstruct* filter, Parameters* parameters, const ThicknessOf& thicknessOf) {
   const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
   filter->SetSettings(parameters->GetSettings());
@@ -309,6 +336,7 @@ void configure(vtkInnerGSReconstruct* filter, Parameters* parameters, const Thic
     filter->SetInputIJKToRASMatrix(index, matrix);
     filter->SetInputName(index, nameOf(input));
     filter->SetInputSliceProfile(index, parameters->GetInputSliceProfile(input));
+    filter->SetInputSlicePoses(index, slicePosesOf(parameters, input));
     const int automatic = sliceAxis(matrix), chosen = parameters->GetInputSliceAxis(input);
     const int axis = chosen == Parameters::Automatic ? automatic : chosen;
     filter->SetInputSliceAxis(index, axis);

@@ -64,10 +64,11 @@ void setFormer(innergs::Settings& settings, const innergs::Setting& row, const s
 vtkMRMLInnerGSParameterNode::vtkMRMLInnerGSParameterNode() : Choices(std::make_unique<innergs::Settings>()) {
   for (const char* role :
        {GetInputVolumeReferenceRole(), GetMaskReferenceRole(), GetInputMaskReferenceRole(),
-        GetROIReferenceRole(), GetReferenceVolumeReferenceRole(), GetOutputVolumeReferenceRole(),
-        GetOutputModelReferenceRole(), GetQualityTableReferenceRole(), GetResultVolumeReferenceRole(),
-        GetResultModelReferenceRole(), GetResultTableReferenceRole(), GetOutputUncertaintyReferenceRole(),
-        GetResultUncertaintyReferenceRole(), GetResultSliceTableReferenceRole()})
+        GetInputSlicePosesReferenceRole(), GetROIReferenceRole(), GetReferenceVolumeReferenceRole(),
+        GetOutputVolumeReferenceRole(), GetOutputModelReferenceRole(), GetQualityTableReferenceRole(),
+        GetResultVolumeReferenceRole(), GetResultModelReferenceRole(), GetResultTableReferenceRole(),
+        GetOutputUncertaintyReferenceRole(), GetResultUncertaintyReferenceRole(),
+        GetResultSliceTableReferenceRole()})
     this->AddNodeReferenceRole(role, (std::string(role) + "Ref").c_str());
 }
 
@@ -144,7 +145,8 @@ void vtkMRMLInnerGSParameterNode::UpdateReferenceID(const char* oldID, const cha
   this->Superclass::UpdateReferenceID(oldID, newID);
   if (!oldID || !newID) return;
   for (auto& [input, stack] : this->Stacks)
-    if (stack.Mask == oldID) stack.Mask = newID;
+    for (std::string* id : {&stack.Mask, &stack.Poses})
+      if (*id == oldID) *id = newID;
   const auto found = this->Stacks.find(oldID);
   if (found == this->Stacks.end()) return;
   const StackSettings settings = found->second;
@@ -201,38 +203,61 @@ INNERGS_STACK_SETTING(double, Thickness)
 INNERGS_STACK_SETTING(int, Profile)
 INNERGS_STACK_SETTING(int, Axis)
 
-void vtkMRMLInnerGSParameterNode::SetInputMaskNode(vtkMRMLNode* input, vtkMRMLNode* mask) {
-  const std::string id = mask && mask->GetID() ? mask->GetID() : "";
-  if (!input || !input->GetID() || this->StackOf(input).Mask == id) return;
+void vtkMRMLInnerGSParameterNode::SetInputNode(vtkMRMLNode* input, std::string StackSettings::*which,
+                                               vtkMRMLNode* node) {
+  const std::string id = node && node->GetID() ? node->GetID() : "";
+  if (!input || !input->GetID() || this->StackOf(input).*which == id) return;
   MRMLNodeModifyBlocker blocker(this);
-  this->Stacks[input->GetID()].Mask = id;
-  this->ReferToInputMasks();
+  this->Stacks[input->GetID()].*which = id;
+  // References let the scene update the IDs here when it has to change them.
+  this->RemoveNodeReferenceIDs(GetInputMaskReferenceRole());
+  this->RemoveNodeReferenceIDs(GetInputSlicePosesReferenceRole());
+  for (const auto& [key, stack] : this->Stacks) {
+    if (!stack.Mask.empty()) this->AddNodeReferenceID(GetInputMaskReferenceRole(), stack.Mask.c_str());
+    if (!stack.Poses.empty())
+      this->AddNodeReferenceID(GetInputSlicePosesReferenceRole(), stack.Poses.c_str());
+  }
   this->Modified();
 }
 
-vtkMRMLNode* vtkMRMLInnerGSParameterNode::GetInputMaskNode(vtkMRMLNode* input) {
-  const std::string id = this->StackOf(input).Mask;
+vtkMRMLNode* vtkMRMLInnerGSParameterNode::GetInputNode(vtkMRMLNode* input,
+                                                       std::string StackSettings::*which) {
+  const std::string id = this->StackOf(input).*which;
   return this->Scene && !id.empty() ? this->Scene->GetNodeByID(id.c_str()) : nullptr;
+}
+
+void vtkMRMLInnerGSParameterNode::SetInputMaskNode(vtkMRMLNode* input, vtkMRMLNode* mask) {
+  this->SetInputNode(input, &StackSettings::Mask, mask);
+}
+
+vtkMRMLNode* vtkMRMLInnerGSParameterNode::GetInputMaskNode(vtkMRMLNode* input) {
+  return this->GetInputNode(input, &StackSettings::Mask);
 }
 
 bool vtkMRMLInnerGSParameterNode::HasInputMask(vtkMRMLNode* input) {
   return !this->StackOf(input).Mask.empty();
 }
 
-/// Lets the scene update their IDs here when it has to change them.
-void vtkMRMLInnerGSParameterNode::ReferToInputMasks() {
-  this->RemoveNodeReferenceIDs(GetInputMaskReferenceRole());
-  for (const auto& [input, stack] : this->Stacks)
-    if (!stack.Mask.empty()) this->AddNodeReferenceID(GetInputMaskReferenceRole(), stack.Mask.c_str());
+void vtkMRMLInnerGSParameterNode::SetInputSlicePosesNode(vtkMRMLNode* input, vtkMRMLNode* sequence) {
+  this->SetInputNode(input, &StackSettings::Poses, sequence);
+}
+
+vtkMRMLNode* vtkMRMLInnerGSParameterNode::GetInputSlicePosesNode(vtkMRMLNode* input) {
+  return this->GetInputNode(input, &StackSettings::Poses);
+}
+
+bool vtkMRMLInnerGSParameterNode::HasInputSlicePoses(vtkMRMLNode* input) {
+  return !this->StackOf(input).Poses.empty();
 }
 
 std::string vtkMRMLInnerGSParameterNode::GetInputSettings() {
   std::ostringstream text;
   text.imbue(std::locale::classic());
   text.precision(17);
+  const auto idOr = [](const std::string& id) { return id.empty() ? "-" : id; };
   for (const auto& [id, stack] : this->Stacks)
-    text << id << ' ' << stack.Thickness << ' ' << stack.Profile << ' ' << stack.Axis
-         << (stack.Mask.empty() ? "" : " ") << stack.Mask << ';';
+    text << id << ' ' << stack.Thickness << ' ' << stack.Profile << ' ' << stack.Axis << ' '
+         << idOr(stack.Mask) << ' ' << idOr(stack.Poses) << ';';
   return text.str();
 }
 
@@ -245,7 +270,8 @@ void vtkMRMLInnerGSParameterNode::SetInputSettings(const std::string& text) {
     std::string id;
     StackSettings stack;
     if (!(words >> id >> stack.Thickness >> stack.Profile >> stack.Axis)) continue;
-    words >> stack.Mask; // may be missing
+    for (std::string* node : {&stack.Mask, &stack.Poses}) // missing in scenes of earlier versions
+      if (words >> *node && *node == "-") node->clear();
     stacks[id] = stack;
   }
   if (text == this->GetInputSettings()) return;

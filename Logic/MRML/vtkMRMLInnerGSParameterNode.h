@@ -70,6 +70,12 @@ public:
   vtkMRMLNode* GetInputMaskNode(vtkMRMLNode* input);
   /// Whether one was set and not unset since; its node may have left the scene.
   bool HasInputMask(vtkMRMLNode* input);
+  /// Where its slices lie, as of a tracked ultrasound probe: a sequence of linear transforms, one per slice,
+  /// rigid, RAS mm, each applied to where the volume puts the slice in the world; null (default): there.
+  void SetInputSlicePosesNode(vtkMRMLNode* input, vtkMRMLNode* sequence);
+  vtkMRMLNode* GetInputSlicePosesNode(vtkMRMLNode* input);
+  /// As HasInputMask().
+  bool HasInputSlicePoses(vtkMRMLNode* input);
   ///@}
 
   ///@{
@@ -160,6 +166,7 @@ public:
   vtkInnerGSReferenceRoleMacro(InputVolume, "inputVolume");
   vtkInnerGSReferenceRoleMacro(Mask, "mask");
   vtkInnerGSReferenceRoleMacro(InputMask, "inputMask");
+  vtkInnerGSReferenceRoleMacro(InputSlicePoses, "inputSlicePoses");
   vtkInnerGSReferenceRoleMacro(ROI, "roi");
   vtkInnerGSReferenceRoleMacro(ReferenceVolume, "referenceVolume");
   vtkInnerGSReferenceRoleMacro(OutputVolume, "outputVolume");
@@ -179,7 +186,8 @@ protected:
   vtkMRMLInnerGSParameterNode(const vtkMRMLInnerGSParameterNode&);
   void operator=(const vtkMRMLInnerGSParameterNode&);
 
-  /// "id thickness profile axis [mask];..." of the inputs that differ from the defaults.
+  /// "id thickness profile axis mask poses;..." ("-": none; both may be missing) of the inputs that differ
+  /// from the defaults.
   std::string GetInputSettings();
   void SetInputSettings(const std::string& text);
   void SetReference(const char* role, vtkMRMLNode* node);
@@ -201,11 +209,12 @@ private:
   struct StackSettings {
     double Thickness = 0;
     int Profile = BoxProfile, Axis = Automatic;
-    std::string Mask; // its ID
+    std::string Mask, Poses; // IDs of their nodes
   };
   /// The node's settings; a fresh entry is made only to change it.
   StackSettings StackOf(vtkMRMLNode* input) const;
-  void ReferToInputMasks();
+  void SetInputNode(vtkMRMLNode* input, std::string StackSettings::*which, vtkMRMLNode* node);
+  vtkMRMLNode* GetInputNode(vtkMRMLNode* input, std::string StackSettings::*which);
   std::map<std::string, StackSettings> Stacks; // by node ID
 #endif
 };

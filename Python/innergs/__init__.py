@@ -25,12 +25,12 @@ sentence that says what to do; inputs are never changed.
 
 from ._jobs import Estimate, Job, Result, cancel, estimate, reconstruct, running, start
 from ._moving import MovingJob, MovingResult, frames, motion, reconstruct_moving, set_time, start_moving
-from ._parameters import parameters
+from ._parameters import parameters, slice_poses
 from ._queries import follow, gaussians, load, plane, query, resample, save, slice_transforms, stop_following
 from ._scene import Cancelled, Error, logic
 from ._segments import Found, find, learn, score, segment
 
 __all__ = ["Cancelled", "Error", "Estimate", "Found", "Job", "MovingJob", "MovingResult", "Result", "cancel", "estimate",
            "find", "follow", "frames", "gaussians", "learn", "load", "logic", "motion", "parameters", "plane", "query",
-           "reconstruct", "reconstruct_moving", "resample", "running", "save", "score", "segment", "set_time", "slice_transforms", "start",
-           "start_moving", "stop_following"]
+           "reconstruct", "reconstruct_moving", "resample", "running", "save", "score", "segment", "set_time", "slice_poses",
+           "slice_transforms", "start", "start_moving", "stop_following"]

@@ -154,6 +154,8 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
     profile      "box" (default), "gaussian" or "point": how a slice averages across its thickness
     axis         the index (0, 1, 2) that counts the slices, one or one per volume; by default one with clearly the
                  coarsest spacing, else 2
+    slice_poses  where slices lie that do not lie in a block, as of a tracked ultrasound probe: the sequence node that
+                 slice_poses() makes, or a list with one, or None, per volume
     held_out     share of slices (0 to 0.5) held out from a second fit, which takes about as long again, to report
                  held_out_psnr; the result is fitted to all slices
     uncertainty  also estimate how far the volume may be off, as a volume node of standard deviations; takes this second fit

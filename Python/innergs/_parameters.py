@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ._scene import Error, logic_of
+from ._queries import matrix_of
+from ._scene import Error, logic, logic_of
 
 _PROFILES = ("point", "box", "gaussian")
 
@@ -32,6 +33,24 @@ def _of_volume(node, name, value):
     return value
 
 
+def slice_poses(matrices, scene=None, name="Slice poses"):
+    """A sequence node of transforms, for slice_poses in reconstruct(): for each slice a matrix (vtkMatrix4x4 or 4x4 numbers),
+    rigid, RAS mm, applied to where the volume puts it."""
+    matrices = [matrix_of(matrix) for matrix in matrices]
+    if not matrices:
+        raise Error("There are no slice poses: give one matrix per slice.")
+    scene = logic(scene).GetMRMLScene()
+    sequence = scene.AddNewNodeByClass("vtkMRMLSequenceNode", scene.GenerateUniqueName(name))
+    sequence.SetIndexName("slice")
+    sequence.SetIndexUnit("")
+    transform = scene.CreateNodeByClass("vtkMRMLLinearTransformNode")
+    transform.UnRegister(None)  # Python holds a reference
+    for k, matrix in enumerate(matrices):
+        transform.SetMatrixTransformToParent(matrix)
+        sequence.SetDataNodeAtValue(transform, str(k))
+    return sequence
+
+
 def parameters(volumes, spacing=None, **choices):
     """A parameter node with these choices, added to the volumes' scene. Arguments as in reconstruct()."""
     return _add(False, volumes, spacing, **choices)
@@ -43,7 +62,7 @@ def temporary(volumes, spacing=None, **choices):
 
 
 def _add(hidden, volumes, spacing=None, *, reference=None, input_grid=False, mask=None, segment=None, roi=None,
-         thickness=None, profile=None, axis=None, held_out=0.0, uncertainty=False, quality=False, quality_gap=0, output=None,
+         thickness=None, profile=None, axis=None, slice_poses=None, held_out=0.0, uncertainty=False, quality=False, quality_gap=0, output=None,
          output_model=None, **settings):
     volumes = list(volumes) if isinstance(volumes, (list, tuple)) else [volumes]
     if not volumes:
@@ -65,7 +84,8 @@ def _add(hidden, volumes, spacing=None, *, reference=None, input_grid=False, mas
             node.AddInputVolumeNode(volume)
         for name, values, setter in (("thickness", thickness, node.SetInputSliceThickness),
                                      ("profile", profile, node.SetInputSliceProfile),
-                                     ("axis", axis, node.SetInputSliceAxis)):
+                                     ("axis", axis, node.SetInputSliceAxis),
+                                     ("slice_poses", slice_poses, node.SetInputSlicePosesNode)):
             if values is None:
                 continue
             values = list(values) if isinstance(values, (list, tuple)) else [values] * len(volumes)

@@ -32,16 +32,20 @@ def plane(model, matrix, size=256, spacing=1.0, output=None, uncertainty=False):
     """
     columns, rows = (size, size) if isinstance(size, int) else size
     method = "QueryUncertaintyPlane" if uncertainty else "QueryPlane"
-    return call(method, model, _matrix(matrix), columns, rows, spacing, output)
+    return call(method, model, matrix_of(matrix), columns, rows, spacing, output)
 
 
-def _matrix(matrix):
+def matrix_of(matrix):
+    """A vtkMatrix4x4 of 4x4 numbers, or itself."""
     from vtkmodules.vtkCommonMath import vtkMatrix4x4
 
     if isinstance(matrix, vtkMatrix4x4):
         return matrix
+    numbers = [float(x) for row in matrix for x in row]
+    if len(numbers) != 16:
+        raise Error("A matrix has 4x4 numbers, not %d." % len(numbers))
     result = vtkMatrix4x4()
-    result.DeepCopy([float(x) for row in matrix for x in row])
+    result.DeepCopy(numbers)
     return result
 
 

@@ -1,6 +1,7 @@
 #include "MrmlFixture.h"
 #include "SettingTexts.h"
 
+#include <vtkMRMLSequenceNode.h>
 #include <vtkMRMLTableNode.h>
 
 namespace {
@@ -49,6 +50,7 @@ TEST_F(ParameterNodeTest, SavedAndRestoredWithTheScene) {
   parameters->SetReferenceVolumeNode(first);
   parameters->SetMaskNode(second);
   parameters->SetInputMaskNode(second, first);
+  parameters->SetInputSlicePosesNode(first, addNode<vtkMRMLSequenceNode>("Poses"));
   parameters->SetQualityTableNode(addNode<vtkMRMLTableNode>());
   fill(parameters);
   scene->SetSaveToXMLString(1);
@@ -82,6 +84,10 @@ TEST_F(ParameterNodeTest, SavedAndRestoredWithTheScene) {
   ASSERT_NE(restored->GetInputMaskNode(input), nullptr);
   EXPECT_STREQ(restored->GetInputMaskNode(input)->GetName(), "First");
   EXPECT_FALSE(restored->HasInputMask(restored->GetInputVolumeNode(0)));
+  EXPECT_FALSE(restored->HasInputSlicePoses(input));
+  auto* poses = restored->GetInputSlicePosesNode(restored->GetInputVolumeNode(0));
+  ASSERT_NE(poses, nullptr);
+  EXPECT_STREQ(poses->GetName(), "Poses");
   EXPECT_NE(restored->GetQualityTableNode(), nullptr);
 }
 

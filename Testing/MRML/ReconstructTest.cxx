@@ -2,9 +2,11 @@
 #include "vtkInnerGSReconstruct.h"
 
 #include <vtkMRMLLabelMapVolumeNode.h>
+#include <vtkMRMLLinearTransformNode.h>
 #include <vtkMRMLMarkupsROINode.h>
 #include <vtkMRMLScalarVolumeDisplayNode.h>
 #include <vtkMRMLSegmentationNode.h>
+#include <vtkMRMLSequenceNode.h>
 #include <vtkMRMLSubjectHierarchyNode.h>
 #include <vtkMRMLTableNode.h>
 
@@ -86,6 +88,14 @@ TEST_F(ReconstructTest, NewNodesBesideTheInput) {
 }
 
 // Without Slicer's application nothing else removes them; leftovers are mistaken for later nodes.
+TEST_F(ReconstructTest, SaysWhatLiesBetweenSlicesAndHowThickTheyLook) {
+  ASSERT_TRUE(logic->Reconstruct(addParameters(addThickVolume()))) << logic->GetLastError();
+  auto* job = logic->GetLastJob();
+  EXPECT_NE(job->GetPredictionNote(), "");
+  EXPECT_NE(job->GetProfileNote(), "");
+  EXPECT_EQ(job->GetAgreementNote(), "");
+}
+
 TEST_F(ReconstructTest, RemovedOutputsLeaveTheHierarchy) {
   auto* parameters = addParameters(addVolume());
   parameters->SetNumberOfIterations(2);
@@ -178,7 +188,46 @@ TEST_F(ReconstructTest, SeveralStacks) {
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
   auto* volume = logic->GetLastJob()->GetVolumeNode();
   EXPECT_STREQ(volume->GetAttribute("InnerGS.Inputs"), "Axial; Sagittal");
+  EXPECT_NE(logic->GetLastJob()->GetAgreementNote(), "");
   EXPECT_LT(error(volume, 4), 15);
+}
+
+TEST_F(ReconstructTest, SlicesLieWhereASequenceOfTransformsSays) {
+  auto* input = addThickVolume();
+  auto* sequence = addNode<vtkMRMLSequenceNode>("Poses");
+  vtkNew<vtkMRMLLinearTransformNode> transform;
+  vtkNew<vtkMatrix4x4> matrix;
+  const auto setPoses = [&](double shift, int count) {
+    sequence->RemoveAllDataNodes();
+    matrix->SetElement(1, 3, shift);
+    transform->SetMatrixTransformToParent(matrix);
+    for (int k = 0; k < count; ++k)
+      sequence->SetDataNodeAtValue(transform, std::to_string(k));
+  };
+  auto* parameters = addParameters(input);
+  parameters->SetInputSlicePosesNode(input, sequence);
+  parameters->SetNumberOfIterations(5);
+  const auto originOf = [&](double shift) {
+    setPoses(shift, 10);
+    EXPECT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+    vtkNew<vtkMatrix4x4> grid;
+    logic->GetLastJob()->GetVolumeNode()->GetIJKToRASMatrix(grid);
+    return grid->GetElement(1, 3);
+  };
+  const double before = originOf(0);
+  EXPECT_NEAR(originOf(7.5) - before, 7.5, 1e-6);
+
+  setPoses(0, 9);
+  EXPECT_FALSE(logic->Reconstruct(parameters));
+  EXPECT_NE(logic->GetLastError().find("slice poses"), std::string::npos) << logic->GetLastError();
+  sequence->SetDataNodeAtValue(input, "volume");
+  EXPECT_FALSE(logic->Reconstruct(parameters));
+  EXPECT_NE(logic->GetLastError().find("linear transform"), std::string::npos) << logic->GetLastError();
+  scene->RemoveNode(sequence);
+  EXPECT_FALSE(logic->Reconstruct(parameters));
+  EXPECT_NE(logic->GetLastError().find("in the scene"), std::string::npos) << logic->GetLastError();
+  parameters->SetInputSlicePosesNode(input, nullptr);
+  EXPECT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
 }
 
 TEST_F(ReconstructTest, MaskAndRegion) {

@@ -270,6 +270,20 @@ class InnerGSTest(unittest.TestCase):
         with self.assertRaisesRegex(innergs.Error, "'Coronal' has no mask, but other scans have"):
             innergs.reconstruct([axial, coronal], preset="fast", iterations=2, mask=[masks[0], None])
 
+    def test_slices_may_lie_where_matrices_say(self):
+        volume = add_volume(self.scene, "Sweep", (30, 28, 12), (1.5, 1.5, 4.0))
+        identity = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+        poses = innergs.slice_poses([[[1, 0, 0, 0], [0, 1, 0, 0.1 * k], [0, 0, 1, 0], [0, 0, 0, 1]] for k in range(12)], self.scene)
+        self.assertEqual(poses.GetNumberOfDataNodes(), 12)
+        node = innergs.parameters(volume, slice_poses=poses)
+        self.assertEqual(node.GetInputSlicePosesNode(volume), poses)
+        result = innergs.reconstruct(volume, preset="fast", iterations=5, slice_poses=poses)
+        self.assertIsNotNone(result.volume)
+        with self.assertRaisesRegex(innergs.Error, "slice poses"):
+            innergs.reconstruct(volume, iterations=5, slice_poses=innergs.slice_poses(3 * [identity], self.scene))
+        with self.assertRaisesRegex(innergs.Error, "4x4"):
+            innergs.slice_poses([[1, 2, 3]], self.scene)
+
     def test_slices_of_several_scans_have_transforms(self):
         axial = add_volume(self.scene, "Axial", (30, 28, 12), (1.5, 1.5, 4.0))
         coronal = add_volume(self.scene, "Coronal", (30, 12, 30), (1.5, 4.0, 1.5))
