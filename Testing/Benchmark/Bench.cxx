@@ -62,10 +62,7 @@ public:
       numbers += "\n### Protocol H: preset balanced, PSNR in dB pooled over the body / SSIM\n\n" +
                  heldOutTable(heldOut());
     if (o_.wants("stacks"))
-      numbers +=
-          "\n### Protocol stacks: 5 mm slices of the middle 120³ voxels, 1 % noise, preset balanced, one "
-          "value per seed\n\n" +
-          stackTable(stacks());
+      numbers += "\n### Protocol stacks: 5 mm slices, preset balanced\n\n" + stackTable(stacks());
     if (o_.wants("sweep"))
       numbers += "\n### Protocol H on the middle of every volume, along each axis, as it is and blurred "
                  "along it by 1 and 2 "
