@@ -41,9 +41,12 @@ def matrix_of(matrix):
 
     if isinstance(matrix, vtkMatrix4x4):
         return matrix
-    numbers = [float(x) for row in matrix for x in row]
+    try:
+        numbers = [float(x) for row in matrix for x in row]
+    except TypeError:
+        numbers = []
     if len(numbers) != 16:
-        raise Error("A matrix has 4x4 numbers, not %d." % len(numbers))
+        raise Error("A matrix is a vtkMatrix4x4 or 4x4 numbers, not %r." % (matrix,))
     result = vtkMatrix4x4()
     result.DeepCopy(numbers)
     return result

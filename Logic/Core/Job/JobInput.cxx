@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <limits>
 #include <numeric>
 
 namespace innergs {
@@ -71,13 +72,17 @@ bool continues(const Stack& stack, const GridGeometry& first) {
          (k < -0.5 || k > static_cast<double>(first.size[2]) - 0.5);
 }
 
-/// `grid`, extended by whole voxels until it covers those of the stacks that `wanted` accepts.
+/// `grid`, extended by whole voxels until it covers those of the stacks that `wanted` accepts. whole: it
+/// keeps all of its own voxels; otherwise only its axes and spacing count.
 GridGeometry grown(GridGeometry grid, std::span<const Stack> stacks,
-                   const std::function<bool(const Stack&)>& wanted) {
+                   const std::function<bool(const Stack&)>& wanted, bool whole = true) {
   const Affine3 worldToIndex = inverse(grid.indexToWorld());
-  Vec3 low{-0.5, -0.5, -0.5}, high;
-  for (int a = 0; a < 3; ++a)
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Vec3 low{kInfinity, kInfinity, kInfinity}, high = -1.0 * low;
+  for (int a = 0; a < 3 && whole; ++a) {
+    low[a] = -0.5;
     high[a] = static_cast<double>(grid.size[a]) - 0.5;
+  }
   for (const Stack& stack : stacks) {
     if (!wanted(stack)) continue;
     const auto& size = stack.image.geometry.size;
@@ -96,7 +101,7 @@ GridGeometry grown(GridGeometry grid, std::span<const Stack> stacks,
   }
   Vec3 first;
   for (int a = 0; a < 3; ++a) {
-    first[a] = std::floor(low[a] + 0.5 + 1e-4);
+    first[a] = whole ? std::floor(low[a] + 0.5 + 1e-4) : low[a] + 0.5;
     grid.size[a] = static_cast<std::int64_t>(std::ceil(high[a] + 0.5 - 1e-4) - first[a]);
   }
   grid.origin = grid.indexToWorld()(first);
@@ -329,10 +334,13 @@ double finestSpacing(std::span<const Stack> stacks) {
   return spacing;
 }
 
-/// The finest isotropic grid along the first stack's axes, over the box of all slices.
-GridGeometry coveringGrid(const GridGeometry& grid, std::span<const Stack> stacks) {
+/// The finest isotropic grid along the first stack's axes, over the box of all slices where their poses put
+/// them. whole: also over the first stack as its geometry says.
+GridGeometry coveringGrid(std::span<const Stack> stacks, bool whole) {
   const double s = finestSpacing(stacks);
-  return grown(withSpacing(grid, {s, s, s}), stacks, [](const Stack&) { return true; });
+  return grown(
+      withSpacing(stacks.front().image.geometry, {s, s, s}), stacks, [](const Stack&) { return true; },
+      whole);
 }
 
 } // namespace
@@ -340,14 +348,14 @@ GridGeometry coveringGrid(const GridGeometry& grid, std::span<const Stack> stack
 GridGeometry acquisitionGrid(std::span<const Stack> stacks) {
   const Stack& first = stacks.front();
   const GridGeometry& grid = first.image.geometry;
-  if (!first.poses.empty()) return coveringGrid(grid, stacks);
+  if (!first.poses.empty()) return coveringGrid(stacks, false);
   const auto isSlab = [&](const Stack& stack) { return continues(stack, grid); };
   if (std::none_of(stacks.begin(), stacks.end(), isSlab)) return grid;
   return grown(grid, stacks, isSlab);
 }
 
 GridGeometry defaultOutputGrid(std::span<const Stack> stacks) {
-  if (!stacks.front().poses.empty()) return coveringGrid(stacks.front().image.geometry, stacks);
+  if (!stacks.front().poses.empty()) return coveringGrid(stacks, false);
   const double spacing = finestSpacing(stacks);
   return withSpacing(acquisitionGrid(stacks), {spacing, spacing, spacing});
 }
@@ -437,7 +445,8 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
   const bool moved =
       std::any_of(stacks.begin(), stacks.end(), [](const Stack& s) { return !s.poses.empty(); });
   const GridGeometry usual = defaultOutputGrid(moved ? input.stacks : stacks);
-  prepared.domain = dataDomain(stacks);
+  const bool firstMoved = input.stacks.front().poses.empty() && !stacks.front().poses.empty();
+  prepared.domain = firstMoved ? coveringGrid(stacks, true) : dataDomain(stacks);
   if (!input.masks.empty())
     prepared.support = supportOf(input.masks.size() == 1 ? input.masks : movedMasks(input, stacks), stacks,
                                  prepared.domain, supportMargin(stacks), stop);

@@ -201,6 +201,9 @@ TEST(Poses, FarFromTheFilesOwnGeometry) {
   posed.outputGrid = smallGrid();
   posed.stacks[0].image.geometry.origin = smallGrid().origin - shift;
   posed.stacks[0].poses.assign(20, Affine3{Mat3{}, shift});
+  const GridGeometry covering = defaultOutputGrid(posed.stacks), usual = defaultOutputGrid(plain.stacks);
+  EXPECT_EQ(covering.size, usual.size); // only where slices lie
+  EXPECT_LT(norm(covering.origin - usual.origin), 1e-9);
   Settings settings = quickSettings(40);
   settings.consistency = false; // posed slices get no residual grid
   const auto a = reconstruct(plain, settings), b = reconstruct(posed, settings);
