@@ -308,7 +308,7 @@ private:
 } // namespace
 } // namespace innergs::bench
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   innergs::bench::Options options;
   CLI::App app("Runs the benchmarks, prints their tables and writes them into a document (make bench)");
   app.add_option("--innergs", options.innergs, "The innergs command")->required();
@@ -325,12 +325,10 @@ int main(int argc, char** argv) {
   app.add_flag("--reuse", options.reuse, "Keep results in the work folder that are newer than the programs");
   app.add_flag("--trial", options.trial, "A few iterations, to see that everything runs; not a measurement");
   CLI11_PARSE(app, argc, argv);
-  try {
-    innergs::bench::Bench bench(options);
-    bench.run();
-    return bench.failed() ? 1 : 0;
-  } catch (const std::exception& error) {
-    std::cerr << "\n" << error.what() << "\n";
-    return 1;
-  }
+  innergs::bench::Bench bench(options);
+  bench.run();
+  return bench.failed() ? 1 : 0;
+} catch (const std::exception& error) {
+  std::cerr << "\n" << error.what() << "\n";
+  return 1;
 }

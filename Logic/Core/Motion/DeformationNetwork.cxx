@@ -287,7 +287,8 @@ void DeformationEvaluator::backward(const DeformationNetwork& network, double ti
                                     ThreadPool& pool) {
   const std::vector<float> lines = linesAt(network, time);
   const std::vector<Planes> planes = planesOf(network);
-  const auto [toFirst, toSecond, toHeads] = layersOf(network);
+  const std::array<DenseLayer, 3> layers = layersOf(network);
+  const DenseLayer &toFirst = layers[0], &toSecond = layers[1], &toHeads = layers[2];
   const float* p = network.parameters.data();
   const std::int64_t inputs = network.features();
   const std::vector<float> firstBack = toFirst.transposed(p), secondBack = toSecond.transposed(p),
