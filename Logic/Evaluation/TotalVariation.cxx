@@ -107,7 +107,7 @@ Volume totalVariation(std::span<const Stack> stacks, const GridGeometry& grid,
 
   ThreadPool pool(settings.threads);
   pool.setStop(settings.stop);
-  const auto [nx, ny, nz] = grid.size;
+  const std::int64_t nx = grid.size[0], ny = grid.size[1], nz = grid.size[2];
   const std::int64_t strides[3] = {1, nx, nx * ny};
   std::vector<float>& x = volume.voxels;
   std::vector<float> ahead = x; // extrapolated

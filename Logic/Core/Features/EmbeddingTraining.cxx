@@ -237,7 +237,8 @@ private:
     const auto n = static_cast<std::size_t>(model_.channels);
     const auto count = static_cast<std::int64_t>(active_.size());
     const std::int64_t parts = (count + kPart - 1) / kPart;
-    const auto [up, last] = decoder.layers();
+    const std::array<DenseLayer, 2> layers = decoder.layers();
+    const DenseLayer &up = layers[0], &last = layers[1];
     const float* parameters = decoder.parameters.data();
     const std::vector<float> upBack = up.transposed(parameters), lastBack = last.transposed(parameters);
     const int stride = decoder.stride();
