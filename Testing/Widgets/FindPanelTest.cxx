@@ -164,9 +164,11 @@ private Q_SLOTS:
     };
     const auto diceAt = [&](double time) {
       Labelmap found{series.geometry, std::vector<std::uint16_t>(series.frames[0].size(), 0), {}};
-      for (const auto& [terms, segment] : shown.host.shown.segments)
+      for (const auto& [terms, segment] : shown.host.shown.segments) {
+        const auto& mask = segment.mask;
         forEachVoxel(segment, shown.host.shown.grid.size,
-                     [&](std::size_t voxel, std::size_t part) { found.voxels[voxel] = segment.mask[part]; });
+                     [&](std::size_t voxel, std::size_t part) { found.voxels[voxel] = mask[part]; });
+      }
       return testing::dice(found, testing::movingLabels(series.geometry, time), 1);
     };
     showAt(0.5);

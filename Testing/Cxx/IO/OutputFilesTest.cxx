@@ -85,7 +85,9 @@ TEST_F(OutputFilesTest, ExtensionsAreThoseOfTheKind) {
   const std::pair<const char*, Kind> wrong[] = {
       {"a.txt", Kind::Volume}, {"a.nii", Kind::Model}, {"a.innergs", Kind::Ply}, {"a.jpg", Kind::Png}};
   for (const auto& [name, kind] : wrong)
-    EXPECT_EQ(errorOf([&] { files.add(folder_ / name, kind); }).code(), ErrorCode::InvalidArgument) << name;
+    EXPECT_EQ(errorOf([&, name = name, kind = kind] { files.add(folder_ / name, kind); }).code(),
+              ErrorCode::InvalidArgument)
+        << name;
   const std::pair<const char*, Kind> right[] = {{"a.NII", Kind::Volume},
                                                 {"a.innergs", Kind::Model},
                                                 {"a.PLY", Kind::Ply},

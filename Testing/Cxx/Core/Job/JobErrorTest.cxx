@@ -153,7 +153,7 @@ TEST(JobSettings, OutOfRangeAreRefused) {
     }
     for (const auto& [open, x] :
          {std::pair(row.range.open, row.range.lowest), {row.range.openHigh, row.range.highest}})
-      EXPECT_TRUE(!open || refused([&](Settings& s) { row.setNumber(s, x); })) << row.name << " " << x;
+      EXPECT_TRUE(!open || refused([&, x = x](Settings& s) { row.setNumber(s, x); })) << row.name << " " << x;
   }
   EXPECT_TRUE(refused([](Settings& s) { s.maxGaussians = 299; })); // 300 at the start
   EXPECT_TRUE(refused([](Settings& s) { s.instructionSet = "MMX"; }));
