@@ -25,7 +25,7 @@ public:
   bool differentBodies() const;
 
   /// After apply(): one whole scan of the input, corrected. Slices `heldOut` (K) from apply() get the pose
-  /// at which they fit a volume that was made without them. render: that volume on a lattice of cubes.
+  /// at which they fit a volume that was made without them. render: that volume on a grid of cubes.
   /// scales: looks for their gains, too.
   Stack placed(std::size_t scan, std::span<const std::int64_t> heldOut,
                const std::function<Volume(const GridGeometry&)>& render, bool scales) const;
