@@ -4,7 +4,6 @@
 #include "Core/Base/Failure.h"
 #include "Core/Base/NumberText.h"
 #include "HardenModel.h"
-#include "NodeGeometry.h"
 #include "vtkInnerGSDynamicModel.h"
 #include "vtkInnerGSModel.h"
 #include "vtkMRMLInnerGSModelStorageNode.h"
@@ -252,7 +251,7 @@ void vtkMRMLInnerGSModelNode::OnNodeReferenceRemoved(vtkMRMLNodeReference* refer
   if (rest && role && std::string(role) == this->GetTransformNodeReferenceRole()) {
     this->Rest = nullptr;
     if (this->Scene && !this->Scene->IsClosing()) {
-      const std::string name = innergs::mrml::nameOf(this, "Model") + " shear";
+      const std::string name = std::string(this->GetName() ? this->GetName() : "Model") + " shear";
       auto* node = vtkMRMLTransformNode::SafeDownCast(this->Scene->AddNewNodeByClass(
           "vtkMRMLLinearTransformNode", this->Scene->GenerateUniqueName(name)));
       node->SetMatrixTransformToParent(rest);
