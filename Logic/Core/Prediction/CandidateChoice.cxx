@@ -17,9 +17,10 @@ constexpr std::int64_t kLineSamples = 200'000;                         // of the
 constexpr std::int64_t kFewest = 500;                                  // minimum to judge by
 constexpr double kBlurs[] = {0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1}; // in slice distances
 constexpr int kPlausible = 3;                                          // blurs that the choice hedges between
-constexpr int kClassical = 3;                                          // candidates without a blur
+constexpr double kTemperature = 0.2; // of misfits: a blur that fits worse by this much counts 1/e as much
+constexpr int kClassical = 3;        // candidates without a blur
 constexpr double kKrigingBlurs[] = {0, 0.15, 0.25, 0.35, 0.5, 0.7, 1}; // in slice distances
-constexpr double kAsGood = 1.02;                                       // ratio of squared errors
+constexpr double kAsGood = 1.01;                                       // ratio of squared errors
 constexpr double kFine = 1.5;                                          // minimum slice distance, in pixels
 constexpr double kLevel = 0.1;                                         // weight of the errors' size
 constexpr int kSteps = 20;                                             // divisions of a share
@@ -317,6 +318,7 @@ struct Simulation {
   Errors heldOut;          // from heldOutErrors() on their slices
   double slopeSum = 0;     // over the axes that show one
   int slopes = 0;
+  double weight = 1; // by its misfit, relative to the best
 
   const Errors& best() const { return projected.samples > 0 ? projected : plain; }
   double slope() const { return slopes > 0 ? slopeSum / slopes : 0; }
@@ -456,8 +458,8 @@ Simulation simulationOf(const Lines (&within)[2], const Stack& stack, double blu
   return result;
 }
 
-/// The kriging's blur, in slice distances, with the smallest excess over the best classical candidate in the
-/// worst simulation.
+/// The kriging's blur, in slice distances, that gains most over the best classical candidate, in the weighted
+/// mean of the simulations, in dB.
 double bestKrigingBlur(std::span<const Simulation> simulations, ThreadPool& pool) {
   constexpr auto k = static_cast<std::size_t>(Candidate::Kriging);
   const std::size_t blurs = std::size(kKrigingBlurs), axes = simulations.front().images.size();
@@ -473,9 +475,11 @@ double bestKrigingBlur(std::span<const Simulation> simulations, ThreadPool& pool
     for (std::size_t s = 0; s < simulations.size(); ++s)
       addErrors(simulations[s].images[axis], weights, errors[n][s].plain, errors[n][s].projected);
   });
-  std::vector<double> worst(blurs, 0.0);
+  std::vector<double> excess(blurs, 0.0);
+  double weights = 0;
   for (std::size_t s = 0; s < simulations.size(); ++s) {
     const Covariance<kCandidates> classical = simulations[s].best().mean();
+    weights += simulations[s].weight;
     double least = classical[0][0];
     for (int c = 1; c < kClassical; ++c)
       least = std::min(least, classical[c][c]);
@@ -486,13 +490,13 @@ double bestKrigingBlur(std::span<const Simulation> simulations, ThreadPool& pool
         sum.projected.add(errors[blur * axes + axis][s].projected);
       }
       const Errors& best = sum.projected.samples > 0 ? sum.projected : sum.plain;
-      worst[blur] = std::max(worst[blur], best.mean()[k][k] / least);
+      excess[blur] += simulations[s].weight * std::log(best.mean()[k][k] / least);
     }
   }
   // Takes the largest of equally good blurs: scans are smoother than slices held out from each other suggest.
-  const double enough = kAsGood * *std::min_element(worst.begin(), worst.end());
-  std::size_t chosen = worst.size() - 1;
-  while (worst[chosen] > enough)
+  const double enough = *std::min_element(excess.begin(), excess.end()) + weights * std::log(kAsGood);
+  std::size_t chosen = excess.size() - 1;
+  while (excess[chosen] > enough)
     --chosen;
   return kKrigingBlurs[chosen];
 }
@@ -533,9 +537,14 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
     return choice;
   }
   if (shown) {
-    std::stable_sort(simulations.begin(), simulations.end(), [&](const Simulation& a, const Simulation& b) {
-      return misfit(a, heldOut, slope) < misfit(b, heldOut, slope);
-    });
+    std::vector<double> misfits;
+    for (const Simulation& s : simulations)
+      misfits.push_back(misfit(s, heldOut, slope));
+    const double least = *std::min_element(misfits.begin(), misfits.end());
+    for (std::size_t n = 0; n < simulations.size(); ++n)
+      simulations[n].weight = std::exp((least - misfits[n]) / kTemperature);
+    std::stable_sort(simulations.begin(), simulations.end(),
+                     [](const Simulation& a, const Simulation& b) { return a.weight > b.weight; });
     simulations.resize(std::min<std::size_t>(simulations.size(), kPlausible));
   } else {
     simulations.resize(1);
