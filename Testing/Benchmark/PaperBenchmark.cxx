@@ -11,8 +11,8 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <ctime>
-#include <iostream>
 #include <thread>
 
 namespace innergs::bench {
@@ -140,7 +140,7 @@ int run(Options& o, std::int64_t atStart) {
 } // namespace
 } // namespace innergs::bench
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   const std::int64_t atStart = innergs::peakMemory();
   innergs::bench::Options options;
   CLI::App app("Protocol P with time to quality and memory, or the response to a user, as JSON");
@@ -152,10 +152,8 @@ int main(int argc, char** argv) {
   app.add_flag("--responsiveness", options.responsiveness,
                "Times of the first preview and of a cancellation instead");
   CLI11_PARSE(app, argc, argv);
-  try {
-    return innergs::bench::run(options, atStart);
-  } catch (const std::exception& error) {
-    std::cerr << error.what() << "\n";
-    return 1;
-  }
+  return innergs::bench::run(options, atStart);
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "%s\n", error.what());
+  return 1;
 }
