@@ -24,7 +24,7 @@ Request requestOf(vtkMRMLInnerGSParameterNode* node) {
     if (vtkMRMLVolumeNode* input = node->GetInputVolumeNode(i))
       request.inputs.append({idOf(input), node->GetInputSliceThickness(input),
                              node->GetInputSliceProfile(input), node->GetInputSliceAxis(input),
-                             idOf(node->GetInputMaskNode(input))});
+                             idOf(node->GetInputMaskNode(input)), idOf(node->GetInputSlicePosesNode(input))});
   request.maskId = idOf(node->GetMaskNode());
   request.regionId = idOf(node->GetROINode());
   request.grid = static_cast<OutputGrid>(node->GetOutputGrid());
@@ -66,6 +66,7 @@ void setRequest(vtkMRMLInnerGSParameterNode* node, const Request& request) {
       node->SetInputSliceProfile(volume, input.sliceProfile);
       node->SetInputSliceAxis(volume, input.sliceAxis);
       node->SetInputMaskNode(volume, nodeOf<vtkMRMLNode>(scene, input.maskId));
+      node->SetInputSlicePosesNode(volume, nodeOf<vtkMRMLNode>(scene, input.posesId));
     }
   }
   if (request.maskId != before.maskId) node->SetMaskNode(nodeOf<vtkMRMLNode>(scene, request.maskId));

@@ -25,6 +25,7 @@
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
 #include <vtkMRMLSegmentationNode.h>
+#include <vtkMRMLSequenceNode.h>
 #include <vtkMRMLTableNode.h>
 #include <vtkMRMLTransformNode.h>
 #include <vtkSlicerInnerGSJob.h>
@@ -207,6 +208,16 @@ Selector* qSlicerInnerGSHost::createSelector(Role role, QWidget* parent) {
   if (role == Role::Region)
     connect(selector, &qSlicerInnerGSSelector::nodeMade, this, &qSlicerInnerGSHost::fitRegion);
   return selector;
+}
+
+bool qSlicerInnerGSHost::hasSlicePoses() const {
+  std::vector<vtkMRMLNode*> nodes;
+  if (scene_) scene_->GetNodesByClass("vtkMRMLSequenceNode", nodes);
+  return std::any_of(nodes.begin(), nodes.end(), [](vtkMRMLNode* node) {
+    auto* sequence = vtkMRMLSequenceNode::SafeDownCast(node);
+    return sequence->GetNumberOfDataNodes() > 0 &&
+           vtkMRMLTransformNode::SafeDownCast(sequence->GetNthDataNode(0));
+  });
 }
 
 QString qSlicerInnerGSHost::folder() const {

@@ -52,6 +52,7 @@ public:
 
   bool offers(Role role) const override;
   innergs::ui::Selector* createSelector(Role role, QWidget* parent) override;
+  bool hasSlicePoses() const override;
   innergs::ui::VolumeInfo volumeInfo(const QString& id) const override;
   innergs::ui::Estimate estimate(const innergs::ui::Request& request) override;
   bool start(const innergs::ui::Request& request) override;

@@ -36,6 +36,8 @@ qSlicerInnerGSSelector::qSlicerInnerGSSelector(Host::Role role, vtkMRMLScene* sc
       return {{"vtkMRMLInnerGSModelNode"}, {}, tr("New model"), false};
     case Host::Role::Series:
       return {{"vtkMRMLSequenceNode"}, {}, tr("Choose a sequence"), false};
+    case Host::Role::SlicePoses:
+      return {{"vtkMRMLSequenceNode"}, {}, tr("None"), false};
     case Host::Role::Model:
       break;
     }

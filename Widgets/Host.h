@@ -39,11 +39,14 @@ public:
     OutputModel,  // a model to write to, or new
     Model,        // a model to look at
     Labels,       // a labelmap or segmentation to learn from
-    Series        // a dynamic scan
+    Series,       // a dynamic scan
+    SlicePoses    // where the slices of a scan lie, a transform for each, or none
   };
   /// Whether there can be anything to choose for a role (the app has no regions).
   virtual bool offers(Role role) const = 0;
   virtual Selector* createSelector(Role role, QWidget* parent) = 0;
+  /// Whether there is something to choose for Role::SlicePoses now: few scans need them.
+  virtual bool hasSlicePoses() const { return false; }
 
   /// Default-constructed (no name) for an unknown ID.
   virtual VolumeInfo volumeInfo(const QString& id) const = 0;

@@ -42,8 +42,8 @@ QString slicesText(const VolumeInfo& info, int axis) {
 InputRow::InputRow(Host* host, QWidget* parent)
     : QWidget(parent), host_(host), selector_(host->createSelector(Host::Role::Input, this)),
       title_(new QLabel(this)), description_(makeWrappedLabel("inputDescription", this)),
-      maskRow_(new QWidget(this)), thickness_(new NumberSpin({0, 1e9}, this)), profile_(new QComboBox(this)),
-      axis_(new QComboBox(this)), remove_(new QToolButton(this)) {
+      maskRow_(new QWidget(this)), posesRow_(new QWidget(this)), thickness_(new NumberSpin({0, 1e9}, this)),
+      profile_(new QComboBox(this)), axis_(new QComboBox(this)), remove_(new QToolButton(this)) {
   setObjectName("inputRow");
   named(selector_, "inputSelector", tr("The scan to reconstruct: one stack of slices."));
   title_->setBuddy(selector_);
@@ -100,22 +100,30 @@ InputRow::InputRow(Host* host, QWidget* parent)
   grid->addWidget(thickness_, 3, 0);
   grid->addWidget(profile_, 3, 1);
   grid->addWidget(axis_, 3, 2);
-  auto* maskLayout = layoutWithoutMargins<QHBoxLayout>(maskRow_);
-  if (host->offers(Host::Role::Mask)) {
-    mask_ = named(host->createSelector(Host::Role::Mask, maskRow_), "ownMaskSelector",
-                  tr("A mask for this scan alone, where it was scanned.\n"
-                     "None: the mask for all scans, below."));
-    mask_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
-    maskLayout->addWidget(label(tr("Own mask"), mask_));
-    maskLayout->addWidget(mask_, 1);
-  }
+  const auto addOptional = [&](QWidget* row, Host::Role role, const char* name, const QString& text,
+                               const QString& tip) -> Selector* {
+    auto* layout = layoutWithoutMargins<QHBoxLayout>(row);
+    if (!host->offers(role)) return nullptr;
+    Selector* made = named(host->createSelector(role, row), name, tip);
+    made->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+    layout->addWidget(label(text, made));
+    layout->addWidget(made, 1);
+    return made;
+  };
+  mask_ = addOptional(maskRow_, Host::Role::Mask, "ownMaskSelector", tr("Own mask"),
+                      tr("A mask for this scan alone, where it was scanned.\n"
+                         "None: the mask for all scans, below."));
+  poses_ = addOptional(posesRow_, Host::Role::SlicePoses, "slicePosesSelector", tr("Slice places"),
+                       tr("A sequence of linear transforms, one for each slice, as of a tracked\n"
+                          "ultrasound probe: each moves its slice from where the volume puts it.\n"
+                          "None: the slices lie where the volume puts them."));
   grid->addWidget(maskRow_, 4, 0, 1, 3);
+  grid->addWidget(posesRow_, 5, 0, 1, 3);
   grid->setColumnStretch(0, 4);
   grid->setColumnStretch(1, 3);
   grid->setColumnStretch(2, 3);
   for (QWidget* field : fields()) // else setTabOrder() skips selectors, whose proxies take the keyboard
     field->setFocusPolicy(Qt::StrongFocus);
-  showMask();
   setFocusProxy(selector_);
   guardWheel(this);
 
@@ -124,11 +132,8 @@ InputRow::InputRow(Host* host, QWidget* parent)
     Q_EMIT changed();
   };
   connect(selector_, &Selector::currentIdChanged, this, edited);
-  if (mask_)
-    connect(mask_, &Selector::currentIdChanged, this, [this, edited] {
-      showMask();
-      edited();
-    });
+  for (Selector* optional : {mask_, poses_})
+    if (optional) connect(optional, &Selector::currentIdChanged, this, edited);
   connect(thickness_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this, edited](double mm) {
     choice_.sliceThickness = mm;
     edited();
@@ -149,6 +154,7 @@ InputChoice InputRow::choice() const {
   InputChoice choice = choice_;
   choice.id = selector_->currentId();
   if (mask_) choice.maskId = mask_->currentId();
+  if (poses_) choice.posesId = poses_->currentId();
   return choice;
 }
 
@@ -161,6 +167,7 @@ void InputRow::setChoice(const InputChoice& choice) {
     profile_->setCurrentIndex(std::max(0, profile_->findData(choice.sliceProfile)));
     axis_->setCurrentIndex(std::max(0, axis_->findData(choice.sliceAxis)));
     if (mask_) mask_->setCurrentId(choice.maskId);
+    if (poses_) poses_->setCurrentId(choice.posesId);
     choice_ = choice;
     refresh();
   }
@@ -171,12 +178,13 @@ void InputRow::setPlace(int number, bool alone) {
   title_->setText(alone ? tr("Sca&n:") : tr("Scan &%1:").arg(number));
   remove_->setVisible(!alone);
   alone_ = alone;
-  showMask();
+  showOptional();
 }
 
 /// A single scan uses the panel's mask, unless it was given one of its own.
-void InputRow::showMask() {
+void InputRow::showOptional() {
   maskRow_->setVisible(mask_ && (!alone_ || !mask_->currentId().isEmpty()));
+  posesRow_->setVisible(poses_ && (host_->hasSlicePoses() || !poses_->currentId().isEmpty()));
 }
 
 void InputRow::changeEvent(QEvent* event) {
@@ -186,11 +194,13 @@ void InputRow::changeEvent(QEvent* event) {
 
 QVector<QWidget*> InputRow::fields() const {
   QVector<QWidget*> all{selector_, remove_, thickness_, profile_, axis_};
-  if (mask_) all << mask_;
+  for (QWidget* optional : {mask_, poses_})
+    if (optional) all << optional;
   return all;
 }
 
 void InputRow::refresh() {
+  showOptional();
   const VolumeInfo info = host_->volumeInfo(selector_->currentId());
   const bool known = !info.name.isEmpty();
   const int chosen = axis_->currentData().toInt();
@@ -212,6 +222,7 @@ void InputRow::refresh() {
   if (choice_.sliceThickness == 0)
     text = said ? tr("%1; slice thickness %2 mm, as the file says").arg(text, lengthText(info.sliceThickness))
                 : tr("%1; slice thickness not given: the slice distance").arg(text);
+  if (info.hasPoses) text = tr("%1; each slice at a place of its own").arg(text);
   description_->setText(text);
 }
 

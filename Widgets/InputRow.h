@@ -12,7 +12,7 @@ namespace innergs::ui {
 class NumberSpin;
 
 /// One scan: which volume, the orientation of its slices, their thickness (mm), profile and axis, and, among
-/// several, a mask of its own.
+/// several, a mask of its own; where there are transforms of slices, those of its own.
 class InputRow : public QWidget {
   Q_OBJECT
 public:
@@ -35,12 +35,12 @@ protected:
   void changeEvent(QEvent* event) override;
 
 private:
-  void showMask();
+  void showOptional();
 
   Host* host_;
-  Selector *selector_, *mask_ = nullptr; // its own mask; null where the host has none
+  Selector *selector_, *mask_ = nullptr, *poses_ = nullptr; // the latter null where the host has none
   QLabel *title_, *description_;
-  QWidget* maskRow_;
+  QWidget *maskRow_, *posesRow_;
   bool alone_ = true;
   NumberSpin* thickness_;
   QComboBox *profile_, *axis_;

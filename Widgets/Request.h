@@ -22,6 +22,7 @@ struct InputChoice {
   int sliceProfile = 1;      // as innergs::SliceProfile: 0 point, 1 box, 2 Gaussian
   int sliceAxis = -1;        // 0, 1, 2: the index axis that counts the slices; −1: automatic
   QString maskId = {};       // of its own; "": the request's
+  QString posesId = {};      // where its slices lie, a transform for each; "": where the volume puts them
   bool operator==(const InputChoice&) const = default;
 };
 
@@ -56,6 +57,7 @@ struct VolumeInfo {
   int sliceAxis = 2;               // what −1 in InputChoice leads to
   QString orientation;             // of its slices: "axial", "coronal", "sagittal", "oblique"
   double sliceThickness = 0;       // mm, as the file says: what 0 in InputChoice leads to; 0: it does not
+  bool hasPoses = false;           // each slice lies at a pose of its own, as the file says
 };
 
 /// What a reconstruction will take, before the start.

@@ -153,6 +153,7 @@ private Q_SLOTS:
     file.write(bytes);
     file.close();
     QSignalSpy logged(&host(), &AppHost::logged);
+    answerBox("calibrationBox", "Cancel");
     open({holes, iteration});
     QCOMPARE(lines(), (QStringList{"holes", "iteration"}));
     QVERIFY(tree()->topLevelItem(0)->toolTip(0).contains("2 of 512 voxels"));
@@ -160,6 +161,18 @@ private Q_SLOTS:
     QVERIFY(logged.last().first().toString().contains("tracked sweep"));
     window_->host()->open({nothing});
     QVERIFY(errorText().contains("no voxel with a finite value"));
+  }
+
+  void asksForTheCalibrationOfATrackedSweep() {
+    const QString sweep = writeSweep(*sandbox_, "sweep.igs.mha", false);
+    QString text;
+    answerBox("calibrationBox", "Choose File…", &text);
+    answerFileDialog(sweepCalibration(*sandbox_));
+    open({sweep});
+    TRY_VERIFY(host().document().volumes().front()->poses.size() == 33);
+    QVERIFY(text.contains("ImageToProbe"));
+    QVERIFY(tree()->topLevelItem(0)->toolTip(0).contains("puts each where it lies"));
+    QVERIFY(window_->findChild<QLabel*>("inputDescription")->text().contains("a place of its own"));
   }
 
   void asksForTheSampleBrainWhereThereIsNone() {

@@ -103,6 +103,45 @@ QString writeRgb(const Sandbox& sandbox, const QString& name) {
   return path;
 }
 
+namespace {
+
+constexpr const char* kImageToProbe = "1 0 0 -19.5 0 1 0 15 0 0 1 0 0 0 0 1"; // the first line is 15 mm away
+
+} // namespace
+
+QString writeSweep(const Sandbox& sandbox, const QString& name, bool calibrated) {
+  constexpr int images = 33, pixels = 40;
+  QByteArray header = "ObjectType = Image\nNDims = 3\nBinaryData = True\nElementType = MET_UCHAR\n"
+                      "DimSize = 40 40 33\n";
+  if (calibrated) header += QByteArray("ImageToProbeTransform = ") + kImageToProbe + "\n";
+  QByteArray voxels;
+  for (int n = 0; n < images; ++n) {
+    const double angle = (-37.5 + 75.0 * n / (images - 1)) * 0.017453292519943295;
+    const double c = std::cos(angle), s = std::sin(angle);
+    header += QString::asprintf("Seq_Frame%04d_", n).toLatin1() + "ProbeToReferenceTransform = " +
+              QString("1 0 0 0 0 %1 %2 0 0 %3 %4 0 0 0 0 1").arg(s).arg(-c).arg(c).arg(s).toLatin1() + "\n";
+    for (int j = 0; j < pixels; ++j)
+      for (int i = 0; i < pixels; ++i) {
+        const double depth = j + 15.0;
+        const double distance = std::hypot(i - 19.5 - 3, depth * s - 10, depth * c - 35);
+        voxels += static_cast<char>(distance < 12 ? 200 * (1 - distance / 12) : 0);
+      }
+  }
+  const QString path = sandbox.path(name);
+  QFile file(path);
+  if (!file.open(QIODevice::WriteOnly)) return {};
+  file.write(header + "ElementDataFile = LOCAL\n" + voxels);
+  return path;
+}
+
+QString sweepCalibration(const Sandbox& sandbox) {
+  const QString path = sandbox.path("calibration.txt");
+  QFile file(path);
+  if (!file.open(QIODevice::WriteOnly)) return {};
+  file.write(kImageToProbe);
+  return path;
+}
+
 QString testData(const QString& name) {
   const QString path = QStringLiteral(INNERGS_TEST_DATA) + QLatin1Char('/') + name;
   return QFileInfo::exists(path) ? path : QString();

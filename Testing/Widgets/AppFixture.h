@@ -43,6 +43,12 @@ QString writeBall(const Sandbox& sandbox, const QString& name,
 /// Writes a NIfTI file with `frames` balls (8 slices each), each brighter than the last one, `seconds` apart;
 /// returns its path.
 QString writeFrames(const Sandbox& sandbox, const QString& name, int frames, float seconds);
+/// Writes a tracked sweep: a fan of 33 images, 40 × 40 pixels of 1 mm, 75 degrees about the RAS x axis,
+/// through a ball (values 0 to 200, radius 12 mm) around RAS (3, 10, 35); returns its path. Uncalibrated:
+/// without ImageToProbe, which is sweepCalibration().
+QString writeSweep(const Sandbox& sandbox, const QString& name, bool calibrated);
+/// Writes that calibration to a text file; returns its path.
+QString sweepCalibration(const Sandbox& sandbox);
 /// A NIfTI file with 24-bit colour voxels.
 QString writeRgb(const Sandbox& sandbox, const QString& name);
 

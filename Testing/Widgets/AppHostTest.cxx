@@ -49,6 +49,11 @@ class AppHostTest : public HostTest {
     }();
     return failed.isEmpty() ? QString() : failed.first().first().toString();
   }
+  /// The sentence with which it is refused.
+  QString failureOfStart(const ui::Request& request) {
+    QSignalSpy failed(host_.get(), &AppHost::failed);
+    return host_->start(request) || failed.isEmpty() ? QString() : failed.first().first().toString();
+  }
 
 private Q_SLOTS:
   void estimatesQuickly() {
@@ -150,6 +155,72 @@ private Q_SLOTS:
     background.run("Second", [&] { return [&] { after = true; }; });
     TRY_VERIFY(after);
     QVERIFY(!background.isBusy());
+  }
+
+  /// The images of a sweep lie where they were tracked, not evenly apart.
+  void reconstructsATrackedSweepInPlace() {
+    const QString id = openAndWait(*host_, writeSweep(*sandbox_, "sweep.mha", true));
+    QVERIFY(host_->volumeInfo(id).hasPoses);
+    QVERIFY(host_->document().volume(id)->note.contains("puts each where it lies"));
+    ui::Request request = apptest::request(id);
+    request.settings.iterations = 20;
+    request.evaluateQuality = false;
+    QCOMPARE(host_->estimate(request).refusal, QString());
+    const ui::Report report = reconstructAndWait(*host_, request);
+    const auto made = host_->document().volume(report.volumeId);
+    QVERIFY(made);
+    const Affine3 toWorld = made->volume->geometry.indexToWorld();
+    const auto& size = made->volume->geometry.size;
+    Vec3 centre{0, 0, 0};
+    double mass = 0;
+    for (std::size_t v = 0; v < made->volume->voxels.size(); ++v) {
+      const double value = made->volume->voxels[v];
+      if (!(value > 20)) continue;
+      const auto n = static_cast<std::int64_t>(v);
+      centre = centre + value * toWorld({double(n % size[0]), double(n / size[0] % size[1]),
+                                         double(n / (size[0] * size[1]))});
+      mass += value;
+    }
+    QVERIFY(mass > 0);
+    QVERIFY(norm((1 / mass) * centre - Vec3{-3, -10, 35}) < 0.5); // LPS
+    request.inputs[0].sliceAxis = 0;
+    QVERIFY(host_->estimate(request).refusal.contains("place of its own"));
+  }
+
+  /// A scan without a grid is no mask, reference or labelmap, and no file of a volume holds it.
+  void usesASweepForNothingElse() {
+    const QString sweep = openAndWait(*host_, writeSweep(*sandbox_, "sweep.mha", true));
+    const QString scan = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz"));
+    const QString says = "lie on no grid";
+    ui::Request request = apptest::request(scan);
+    request.maskId = sweep;
+    QVERIFY(host_->estimate(request).refusal.contains(says));
+    request = apptest::request(scan);
+    request.inputs[0].maskId = sweep;
+    QVERIFY(host_->estimate(request).refusal.contains(says));
+    request = apptest::request(scan);
+    request.grid = ui::OutputGrid::Reference;
+    request.referenceId = sweep;
+    QVERIFY(host_->estimate(request).refusal.contains(says));
+    QVERIFY(host_->save(sweep, sandbox_->path("sweep.nii.gz")).contains(says));
+    QVERIFY(!QFile::exists(sandbox_->path("sweep.nii.gz")));
+  }
+
+  void aSweepNeedsItsCalibration() {
+    const QString id = openAndWait(*host_, writeSweep(*sandbox_, "sweep.mha", false));
+    QVERIFY(host_->document().volume(id)->unplaced.contains("ImageToProbe"));
+    const ui::Request request = apptest::request(id);
+    QVERIFY(host_->estimate(request).refusal.contains("ImageToProbe"));
+    QVERIFY(failureOfStart(request).contains("ImageToProbe"));
+    QSignalSpy opened(host_.get(), &AppHost::opened), failed(host_.get(), &AppHost::openFailed);
+    host_->calibrate(id, sandbox_->path("sweep.mha")); // is none
+    QVERIFY(failed.wait(kPatience));
+    QVERIFY(host_->document().volume(id)->poses.empty());
+    host_->calibrate(id, sweepCalibration(*sandbox_));
+    QVERIFY(opened.wait(kPatience));
+    QCOMPARE(opened.last().first().toString(), id);
+    QCOMPARE(host_->document().volume(id)->poses.size(), std::size_t(33));
+    QCOMPARE(host_->estimate(request).refusal, QString());
   }
 
   void slicesThatMovedAreWritten() {

@@ -29,7 +29,8 @@ using innergs::ui::VolumeInfo;
 FakeHost::FakeHost(QObject* parent) : Host(parent) {
   qRegisterMetaType<innergs::Progress>("innergs::Progress");
   qRegisterMetaType<Report>("innergs::ui::Report");
-  roles = {Role::Input, Role::Mask, Role::Region, Role::Reference, Role::OutputVolume, Role::Model};
+  roles = {Role::Input,        Role::Mask,  Role::Region,    Role::Reference,
+           Role::OutputVolume, Role::Model, Role::SlicePoses};
   addVolume("head", {"Head axial", {256, 256, 30}, {0.9, 0.9, 4.0}, 2, "axial"});
   addVolume("side", {"Head sagittal", {256, 256, 28}, {0.9, 0.9, 5.0}, 2, "sagittal"});
   addVolume("thin", {"Thin", {64, 64, 64}, {1, 1, 1}, 2, "axial"});
@@ -277,6 +278,7 @@ QMap<QString, QString> FakeHost::choices(Role role) const {
   QMap<QString, QString> names;
   if (role == Role::Mask) return masks;
   if (role == Role::Series) return series;
+  if (role == Role::SlicePoses) return slicePoses;
   if (role == Role::Region) return regions;
   if (role == Role::Model || role == Role::OutputModel) {
     for (auto it = models.begin(); it != models.end(); ++it)

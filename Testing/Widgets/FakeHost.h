@@ -28,7 +28,8 @@ public:
   void addVolume(const QString& id, const innergs::ui::VolumeInfo& info);
   void removeVolume(const QString& id);
   QVector<Role> roles;
-  QMap<QString, QString> masks, regions; // ID → name
+  QMap<QString, QString> masks, regions, slicePoses; // ID → name
+  bool hasSlicePoses() const override { return !slicePoses.isEmpty(); }
   /// A ball of Gaussians of 40 mm around the origin (RAS), values 0 to 100.
   QString addBallModel(const QString& name = "Ball", int gaussians = 400);
   ///@}

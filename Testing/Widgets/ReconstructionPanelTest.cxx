@@ -473,6 +473,25 @@ private Q_SLOTS:
     QVERIFY(!own(0)->isVisible());
   }
 
+  void slicesMayLieWhereASequenceSays() {
+    const auto places = [this] { return rows()[0]->findChild<Selector*>("slicePosesSelector"); };
+    choose("head");
+    QVERIFY(!places()->isVisible()); // few scenes have any
+    host_->slicePoses = {{"tracked", "Tracked probe"}};
+    Q_EMIT host_->volumesChanged();
+    QVERIFY(places()->isVisible());
+    QVERIFY(panel_->request().inputs[0].posesId.isEmpty());
+    QSignalSpy changed(panel_, &ReconstructionPanel::requestChanged);
+    select(places(), "tracked");
+    QVERIFY(changed.count() > 0);
+    const Request request = panel_->request();
+    QCOMPARE(request.inputs[0].posesId, QString("tracked"));
+    panel_->setRequest({});
+    QVERIFY(panel_->request().inputs.isEmpty());
+    panel_->setRequest(request);
+    QCOMPARE(panel_->request().inputs[0].posesId, QString("tracked"));
+  }
+
   /// Showing a script's request does not change it.
   void numbersStayAsTheyWereSet() {
     choose("head");

@@ -71,7 +71,7 @@ ui::MotionHost* AppHost::motion() {
 }
 
 bool AppHost::offers(Role role) const {
-  return role != Role::Region;
+  return role != Role::Region && role != Role::SlicePoses; // its files say where slices lie
 }
 
 ui::Selector* AppHost::createSelector(Role role, QWidget* parent) {
@@ -91,6 +91,7 @@ ui::VolumeInfo AppHost::volumeInfo(const QString& id) const {
   info.sliceAxis = item->sliceAxis;
   info.orientation = orientationOf(geometry, item->sliceAxis);
   info.sliceThickness = item->thickness;
+  info.hasPoses = !item->poses.empty();
   return info;
 }
 
@@ -260,6 +261,30 @@ void AppHost::readWantedFrame(const QString& id) {
                    });
 }
 
+void AppHost::calibrate(const QString& id, const QString& calibration) {
+  const auto item = document_.volume(id);
+  if (!item) return;
+  const QString file = item->file;
+  background_->run(tr("Placing the images of %1").arg(item->name), [this, id, file, calibration] {
+    auto loaded = std::make_shared<Loaded>();
+    const QString sentence = sentenceOf([&] { *loaded = readItem(file, 0, {}, calibration); });
+    return [this, id, file, loaded, sentence] {
+      const auto now = document_.volume(id);
+      if (!sentence.isEmpty()) {
+        Q_EMIT logged(sentence);
+        Q_EMIT openFailed(file, sentence);
+      }
+      if (!sentence.isEmpty() || !now) return;
+      loaded->volume->window = now->window;
+      const QString name = now->name, note = loaded->volume->note;
+      document_.replace(id, std::move(*loaded->volume));
+      document_.rename(id, name);
+      Q_EMIT logged(note);
+      Q_EMIT opened(id, file);
+    };
+  });
+}
+
 void AppHost::openSample(const QString& head) {
   const QString brain = head.isEmpty() ? sampleBrain() : head;
   background_->run(tr("Opening the sample brain"), [this, brain, head] {
@@ -310,19 +335,24 @@ ReconstructionTask AppHost::taskFor(const ui::Request& request) const {
   if (task.inputs.empty()) throw noInputError();
   task.recoveryFolder = recoveryFolder();
   task.window = {task.inputs.front().window->lower, task.inputs.front().window->upper};
+  const auto findGrid = [&](const QString& id, const QString& what) {
+    VolumeItem item = find(id, what);
+    if (hasNoGrid(item)) throw noGridError(item);
+    return item;
+  };
   const auto hasMask = [](const ui::InputChoice& choice) { return !choice.maskId.isEmpty(); };
   if (std::any_of(request.inputs.begin(), request.inputs.end(), hasMask))
     for (const ui::InputChoice& choice : request.inputs) {
       const QString name = document_.nameOf(choice.id);
       const QString id = hasMask(choice) ? choice.maskId : request.maskId;
       if (id.isEmpty()) throw noMaskError(name.toStdString());
-      task.masks.push_back(find(id, tr("The mask of '%1'").arg(name)));
+      task.masks.push_back(findGrid(id, tr("The mask of '%1'").arg(name)));
     }
   else if (!request.maskId.isEmpty())
-    task.masks.push_back(find(request.maskId, tr("The mask")));
+    task.masks.push_back(findGrid(request.maskId, tr("The mask")));
   if (request.grid == ui::OutputGrid::Reference) {
     if (request.referenceId.isEmpty()) throw noReferenceError();
-    task.reference = find(request.referenceId, tr("The reference volume"));
+    task.reference = findGrid(request.referenceId, tr("The reference volume"));
   }
   if (request.evaluateQuality) checkKeepEvery(request.qualityGap);
   if (!request.outputVolumeId.isEmpty()) {
@@ -468,6 +498,10 @@ AppHost::labelsFor(const QString& modelId, const QString& labelsId, const QStrin
   const auto item = document_.volume(labelsId);
   if (!document_.model(modelId) || !item) {
     *error = tr("The model or the labels are no longer open: choose others.");
+    return {};
+  }
+  if (hasNoGrid(*item)) {
+    *error = QString::fromStdString(noGridError(*item).what());
     return {};
   }
   std::vector<SegmentName> known; // of a labelmap made here

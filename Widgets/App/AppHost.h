@@ -69,6 +69,9 @@ public:
   /// Replaces an item by another frame (from 0) of its 4D file; keeps its ID and window. Runs on the thread
   /// and ends with frameShown() or openFailed(); of several waiting frames only the last is read.
   void showFrame(const QString& id, int frame);
+  /// Reads a tracked sweep that lacks its calibration again, with one: it keeps its ID and window, and
+  /// opened() or openFailed() follow.
+  void calibrate(const QString& id, const QString& calibration);
   /// Opens the sample, made from a head (SampleBrain.h), the same way. Remembers a head given here if it can
   /// be used.
   void openSample(const QString& head = {});

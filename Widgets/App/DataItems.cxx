@@ -93,6 +93,16 @@ QString orientationOf(const GridGeometry& geometry, int sliceAxis) {
   return tr("oblique");
 }
 
+bool hasNoGrid(const VolumeItem& item) {
+  return !item.poses.empty() || !item.unplaced.isEmpty();
+}
+
+Error noGridError(const VolumeItem& item) {
+  return {ErrorCode::Geometry, tr("The slices of '%1' lie on no grid: reconstruct it and use the result.")
+                                   .arg(item.name)
+                                   .toStdString()};
+}
+
 VolumeItem makeItem(Volume volume, const QString& name, const QString& file, double thickness,
                     int sliceAxis) {
   checkGeometry(volume.geometry, "'" + name.toStdString() + "'");

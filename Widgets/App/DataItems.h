@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Base/Error.h"
 #include "Core/Image/Volume.h"
 #include "Core/Job/FoundSlices.h"
 #include "Core/Motion/DynamicField.h"
@@ -53,7 +54,10 @@ struct VolumeItem {
   vtkSmartPointer<vtkMatrix4x4> ijkToRAS; // mm
   double thickness = 0;                   // mm, as the file says; 0: the distance between slices
   int sliceAxis = 2;                      // counts the slices
-  std::array<double, 2> range{0, 0};      // of the finite voxels
+  std::vector<Affine3> poses; // of slices off a grid, as Stack::poses; the views show them as parallel
+  QString
+      unplaced; // of a tracked sweep: why the places of its images are not known, a sentence; "": they are
+  std::array<double, 2> range{0, 0}; // of the finite voxels
   std::shared_ptr<Window> window;
   std::vector<SegmentInfo> segments; // of a labelmap made here
   bool saved = true;
@@ -88,6 +92,11 @@ ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, cons
 ModelItem makeItem(const std::shared_ptr<const DynamicField>& field, const QString& name,
                    const QString& file = {}, ModelNotes notes = {},
                    std::shared_ptr<const FeatureModel> features = nullptr);
+
+/// Whether the slices of a scan lie on no grid, so that it can only be reconstructed.
+bool hasNoGrid(const VolumeItem& item);
+/// Error(Geometry) for another use of such a scan.
+Error noGridError(const VolumeItem& item);
 
 /// "axial", "coronal", "sagittal" or "oblique": how the slices along an axis lie.
 QString orientationOf(const GridGeometry& geometry, int sliceAxis);

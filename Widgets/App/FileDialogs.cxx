@@ -46,22 +46,37 @@ void FileDialogs::openSample() {
     host_->openSample();
     return;
   }
-  auto* box = new QMessageBox(QMessageBox::Information, QStringLiteral("InnerGS"), whatIsTheSampleBrain(),
+  offerFile(QStringLiteral("sampleBox"), whatIsTheSampleBrain(),
+            tr("Choose a T1 head with voxels of about 1 mm"),
+            tr("Volumes (*.nii *.nii.gz *.nrrd *.nhdr *.mha *.mhd);;All files (*)"),
+            [this](const QString& file) { host_->openSample(file); });
+}
+
+void FileDialogs::askCalibration(const QString& id) {
+  const auto item = host_->document().volume(id);
+  if (!item || item->unplaced.isEmpty()) return;
+  offerFile(QStringLiteral("calibrationBox"), item->unplaced,
+            tr("Choose the calibration of '%1'").arg(item->name),
+            tr("Calibrations (*.xml *.txt);;All files (*)"),
+            [this, id](const QString& file) { host_->calibrate(id, file); });
+}
+
+void FileDialogs::offerFile(const QString& name, const QString& sentence, const QString& title,
+                            const QString& filter, const std::function<void(const QString&)>& chosen) {
+  auto* box = new QMessageBox(QMessageBox::Information, QStringLiteral("InnerGS"), sentence,
                               QMessageBox::Cancel, window_);
-  box->setObjectName(QStringLiteral("sampleBox"));
+  box->setObjectName(name);
   box->setAttribute(Qt::WA_DeleteOnClose);
   box->setTextInteractionFlags(Qt::TextSelectableByMouse | Qt::TextSelectableByKeyboard);
   QPushButton* choose = box->addButton(tr("C&hoose File…"), QMessageBox::AcceptRole);
   box->setDefaultButton(choose);
   connect(
       choose, &QPushButton::clicked, this,
-      [this] {
-        const QString file = QFileDialog::getOpenFileName(
-            window_, tr("Choose a T1 head with voxels of about 1 mm"), host_->folder(),
-            tr("Volumes (*.nii *.nii.gz *.nrrd *.nhdr *.mha *.mhd);;All files (*)"));
+      [this, title, filter, chosen] {
+        const QString file = QFileDialog::getOpenFileName(window_, title, host_->folder(), filter);
         if (file.isEmpty()) return;
         host_->setFolder(QFileInfo(file).absolutePath());
-        host_->openSample(file);
+        chosen(file);
       },
       Qt::QueuedConnection); // after the box has closed
   box->open();

@@ -3,6 +3,8 @@
 
 #include <QObject>
 
+#include <functional>
+
 namespace innergs::app {
 
 /// The app's dialogs on files: which to open, where to save, whether unsaved items may be lost.
@@ -15,6 +17,8 @@ public:
   void openFolder();
   /// Asks for the head if none is found.
   void openSample();
+  /// Says that a tracked sweep needs its calibration, and offers to choose it.
+  void askCalibration(const QString& id);
   /// Asks where; returns false if it was not written.
   bool saveAs(const QString& id);
   /// Asks if the item is not saved.
@@ -27,6 +31,10 @@ Q_SIGNALS:
   void saved(const QString& file);
 
 private:
+  /// A sentence with a button that lets the user choose a file.
+  void offerFile(const QString& name, const QString& sentence, const QString& title, const QString& filter,
+                 const std::function<void(const QString&)>& chosen);
+
   AppHost* host_;
   QWidget* window_; // above every dialog
 };

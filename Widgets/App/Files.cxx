@@ -9,6 +9,7 @@
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
 #include "IO/TimeSeriesIO.h"
+#include "IO/TrackedSweep.h"
 #include "Widgets/App/Translate.h"
 
 #include <QDir>
@@ -26,6 +27,28 @@ namespace {
 std::size_t nonFinite(const Volume& volume) {
   return static_cast<std::size_t>(
       std::count_if(volume.voxels.begin(), volume.voxels.end(), [](float v) { return !std::isfinite(v); }));
+}
+
+/// A tracked sweep with its images in place, where it is known: in the stack, or why it is not.
+struct SweepPlaces {
+  Stack stack;
+  QString unknown; // a sentence
+};
+
+SweepPlaces placesOf(LoadedImage& image, const QString& path, const QString& calibration) {
+  const NamedTransforms given =
+      calibration.isEmpty() ? NamedTransforms{} : readCalibration(pathOf(calibration));
+  const std::string what = quoted(pathOf(path));
+  SweepPlaces found;
+  const std::string why = whyNotPlaced(image.sweepFields, given, what);
+  if (!why.empty() && !calibration.isEmpty()) throw Error(ErrorCode::UnsupportedImage, why);
+  found.unknown = QString::fromStdString(why);
+  if (!why.empty()) return found;
+  found.stack = placedSweep(std::move(image.volume), image.sweepFields, given, what);
+  auto& voxels = found.stack.image.voxels;
+  for (std::size_t v = 0; v < found.stack.observed.size(); ++v)
+    if (!found.stack.observed[v]) voxels[v] = std::numeric_limits<float>::quiet_NaN(); // left out of the fit
+  return found;
 }
 
 ModelItem readModelItem(const QString& path) {
@@ -90,7 +113,7 @@ std::vector<Loaded> readItems(const QString& path, QStringList* leftOut) {
   return items;
 }
 
-Loaded readItem(const QString& path, int frame, std::optional<int> series) {
+Loaded readItem(const QString& path, int frame, std::optional<int> series, const QString& calibration) {
   Loaded loaded;
   if (isModelFile(path)) {
     loaded.model = readModelItem(path);
@@ -102,13 +125,15 @@ Loaded readItem(const QString& path, int frame, std::optional<int> series) {
                 tr("'%1' has no frame %2.").arg(path).arg(frame + 1).toStdString());
   LoadedImage image = files.empty() ? loadImage(pathOf(path), {frame, series}) : loadImage(files[frame], {});
   if (!files.empty()) image.frames = static_cast<std::int64_t>(files.size());
-  if (!image.poses.empty())
-    throw Error(
-        ErrorCode::Geometry,
-        tr("'%1' holds slices that are not evenly spaced along their normal: make a volume of it with "
-           "'innergs reconstruct' and open that.")
-            .arg(path)
-            .toStdString());
+  SweepPlaces places;
+  if (image.tracked) places = placesOf(image, path, calibration);
+  if (!places.stack.poses.empty()) {
+    image.volume = std::move(places.stack.image);
+    image.poses = std::move(places.stack.poses);
+    image.remarks = std::move(places.stack.remarks);
+    image.slicesAreAlongK = true;
+    if (!(image.sliceThickness > 0)) image.sliceThickness = places.stack.thickness;
+  }
   const auto& size = image.volume.geometry.size;
   if (*std::min_element(size.begin(), size.end()) < 2)
     throw Error(ErrorCode::UnsupportedImage,
@@ -121,7 +146,16 @@ Loaded readItem(const QString& path, int frame, std::optional<int> series) {
   loaded.volume = makeItem(std::move(image.volume), nameOf(path), path, image.sliceThickness,
                            image.slicesAreAlongK ? 2 : -1);
   VolumeItem& item = *loaded.volume;
+  item.poses = std::move(image.poses);
+  item.unplaced = places.unknown;
   QStringList notes;
+  for (const std::string& remark : image.remarks)
+    notes << QString::fromStdString(remark);
+  if (!item.poses.empty())
+    notes
+        << tr("The views show the slices of '%1' as parallel ones, evenly apart: a reconstruction puts each "
+              "where it lies.")
+               .arg(item.name);
   if (image.frames > 1) {
     item.frames = {path,
                    static_cast<int>(std::min<std::int64_t>(image.frames, std::numeric_limits<int>::max())),
@@ -143,17 +177,17 @@ Loaded readItem(const QString& path, int frame, std::optional<int> series) {
                 nullptr, static_cast<int>(std::min<std::size_t>(unknown, std::numeric_limits<int>::max())))
                  .arg(item.volume->voxels.size())
                  .arg(item.name);
-  if (image.tracked)
-    notes
-        << tr("'%1' is a tracked sweep whose images lie freely in space: they are shown as parallel slices, "
-              "so do not reconstruct from it here; 'innergs reconstruct' uses their places.")
-               .arg(item.name);
+  if (!item.unplaced.isEmpty())
+    notes << item.unplaced
+          << tr("Until then its images are shown as parallel slices and cannot be "
+                "reconstructed.");
   item.note = notes.join(QLatin1Char('\n'));
   return loaded;
 }
 
 void saveItem(const VolumeItem& item, const QString& file) {
   const auto path = pathOf(file);
+  if (hasNoGrid(item)) throw noGridError(item);
   if (item.segments.empty()) {
     writeVolume(*item.volume, path);
     return;

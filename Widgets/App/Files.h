@@ -15,8 +15,10 @@ struct Loaded {
   std::optional<VolumeItem> volume;
   std::optional<ModelItem> model;
 };
-/// frame: of a 4D file, from 0. series: of a DICOM folder with several, from 1.
-Loaded readItem(const QString& path, int frame = 0, std::optional<int> series = {});
+/// frame: of a 4D file, from 0. series: of a DICOM folder with several, from 1. calibration: of a tracked
+/// sweep that lacks it, a file.
+Loaded readItem(const QString& path, int frame = 0, std::optional<int> series = {},
+                const QString& calibration = {});
 /// Likewise for each series of a DICOM folder, named by its description. Skips those that cannot be read,
 /// with a sentence for each in `*leftOut`; throws the first one's Error if none can be read.
 std::vector<Loaded> readItems(const QString& path, QStringList* leftOut);

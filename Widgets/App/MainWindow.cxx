@@ -130,6 +130,7 @@ MainWindow::MainWindow(QWidget* parent)
       host_->motion()->setTime(id, model->time);
     }
     list_->setCurrentId(id);
+    if (volume && !volume->unplaced.isEmpty()) files_->askCalibration(id);
   });
   connect(host_, &AppHost::openFailed, this,
           [this](const QString&, const QString& sentence) { errors_ << sentence; });

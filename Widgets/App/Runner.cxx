@@ -35,6 +35,14 @@ Stack stackOf(const VolumeItem& item, const ui::InputChoice& choice, bool voxels
   const int axis = axisOf(item, choice);
   stack.thickness = choice.sliceThickness;
   if (stack.thickness == 0 && axis == item.sliceAxis) stack.thickness = item.thickness;
+  if (!item.unplaced.isEmpty()) throw Error(ErrorCode::Geometry, item.unplaced.toStdString());
+  if (!item.poses.empty() && axis != item.sliceAxis)
+    throw Error(ErrorCode::InvalidArgument,
+                Runner::tr("Each slice of '%1' lies at a place of its own: leave the axis of its slices at "
+                           "auto.")
+                    .arg(item.name)
+                    .toStdString());
+  stack.poses = item.poses;
   if (!voxels)
     stack.image.geometry = withSliceAxis(item.volume->geometry, axis);
   else if (axis == 2)
