@@ -222,6 +222,8 @@ void InputRow::refresh() {
   if (choice_.sliceThickness == 0)
     text = said ? tr("%1; slice thickness %2 mm, as the file says").arg(text, lengthText(info.sliceThickness))
                 : tr("%1; slice thickness not given: the slice distance").arg(text);
+  if (info.passes > 1 && axis == info.sliceAxis)
+    text = tr("%1; acquired in %n interleaved passes", nullptr, info.passes).arg(text);
   if (info.hasPoses) text = tr("%1; each slice at a place of its own").arg(text);
   description_->setText(text);
 }

@@ -58,6 +58,7 @@ struct VolumeInfo {
   QString orientation;             // of its slices: "axial", "coronal", "sagittal", "oblique"
   double sliceThickness = 0;       // mm, as the file says: what 0 in InputChoice leads to; 0: it does not
   bool hasPoses = false;           // each slice lies at a pose of its own, as the file says
+  int passes = 0; // interleaved ones in which its slices were acquired, as the file says; 0: unknown
 };
 
 /// What a reconstruction will take, before the start.

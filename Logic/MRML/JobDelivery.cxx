@@ -81,7 +81,8 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   job->QualityState = task.filter->GetQualityState();
   for (int n = 0; n < task.filter->GetNumberOfWarnings(); ++n)
     job->Warnings.push_back(task.filter->GetWarning(n));
-  const auto [volume, model, table, slices, uncertainty, replaced, problem] = makeOutputs(task, scene);
+  const auto [volume, model, table, slices, uncertainty, measured, replaced, problem] =
+      makeOutputs(task, scene);
   if (task.discard) return;
   if (volume) logic_->StopFollowing(volume); // the next move of the view would overwrite the result
   if (uncertainty) logic_->StopFollowing(uncertainty);
@@ -105,6 +106,7 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   if (slices)
     job->Warnings.push_back("The place of every slice is in the table " + quoted(slices.Get()) + ".");
   job->UncertaintyNode = uncertainty;
+  job->MeasuredNode = measured;
   if (const vtkSmartPointer<vtkMRMLInnerGSParameterNode> parameters = task.parameters.Get();
       parameters && parameters->GetScene() == scene) {
     using Parameters = vtkMRMLInnerGSParameterNode;

@@ -10,6 +10,7 @@
 #include "vtkMRMLInnerGSParameterNode.h"
 #include "vtkSlicerInnerGSJob.h"
 
+#include <vtkMRMLLabelMapVolumeNode.h>
 #include <vtkMRMLScalarVolumeDisplayNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
@@ -221,6 +222,23 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
   if (there(made.uncertainty) && there(made.volume))
     step([&] { made.uncertainty->SetNodeReferenceID("InnerGSVolume", made.volume->GetID()); });
   if (there(made.uncertainty)) step([&] { placeBeside(made.uncertainty, input()); });
+  if (there(made.uncertainty)) {
+    auto* before = vtkMRMLLabelMapVolumeNode::SafeDownCast(made.uncertainty->GetNodeReference(kMeasuredRole));
+    take(made.measured, before, before != nullptr, "vtkMRMLLabelMapVolumeNode", " InnerGS measured");
+  }
+  if (there(made.measured)) step([&] { setJobProvenance(made.measured, task); });
+  if (there(made.measured))
+    step([&] {
+      setVolume(made.measured, vtk::measuredLabelmap(deviation), task.filter->GetOutputIJKToRASMatrix());
+    });
+  if (there(made.measured) && there(made.model))
+    step([&] { made.measured->SetNodeReferenceID("InnerGSModel", made.model->GetID()); });
+  if (there(made.measured)) step([&] { placeBeside(made.measured, input()); });
+  if (there(made.uncertainty))
+    step([&] {
+      made.uncertainty->SetNodeReferenceID(kMeasuredRole,
+                                           there(made.measured) ? made.measured->GetID() : nullptr);
+    });
   if (there(made.model) && (there(made.uncertainty) || made.model->GetNodeReferenceID(kUncertaintyRole)))
     step([&] {
       made.model->SetNodeReferenceID(kUncertaintyRole,
@@ -254,6 +272,7 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
   if (!there(made.table)) made.table = nullptr;
   if (!there(made.slices)) made.slices = nullptr;
   if (!there(made.uncertainty) || !made.uncertainty->GetImageData()) made.uncertainty = nullptr;
+  if (!there(made.measured) || !made.measured->GetImageData()) made.measured = nullptr;
   return made;
 }
 

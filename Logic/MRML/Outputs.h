@@ -2,6 +2,7 @@
 #include "JobSetup.h"
 
 class vtkImageData;
+class vtkMRMLLabelMapVolumeNode;
 class vtkMatrix4x4;
 class vtkMRMLNode;
 
@@ -17,6 +18,7 @@ struct Outputs {
   vtkSmartPointer<vtkMRMLTableNode> table;
   vtkSmartPointer<vtkMRMLTableNode> slices;             // null where slices were not moved
   vtkSmartPointer<vtkMRMLScalarVolumeNode> uncertainty; // null where it was not asked for or is not known
+  vtkSmartPointer<vtkMRMLLabelMapVolumeNode> measured;  // likewise: 1 where some slice measured the tissue
   bool replaced = false;                                // a chosen node was deleted
   std::string problem;                                  // a sentence on what failed; everything else is done
 };
@@ -35,8 +37,10 @@ void setVolume(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4*
 void setDeviation(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4* ijkToRAS,
                   vtkMRMLVolumeNode* like = nullptr);
 
-/// The role in which a model refers to the standard deviation of its volume.
+/// The role in which a model refers to the standard deviation of its volume, and that to where it was
+/// measured.
 constexpr const char* kUncertaintyRole = "InnerGSUncertainty";
+constexpr const char* kMeasuredRole = "InnerGSMeasured";
 
 /// Places a node beside another one in the subject hierarchy, if there is one.
 void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling);

@@ -5,6 +5,7 @@
 #include "NodeGeometry.h"
 #include "NodeTransform.h"
 #include "Outputs.h"
+#include "UncertaintyImage.h"
 #include "vtkInnerGSAlgorithm.h"
 #include "vtkInnerGSModel.h"
 #include "vtkInnerGSPlaneQuery.h"
@@ -12,6 +13,7 @@
 #include "vtkInnerGSResample.h"
 #include "vtkMRMLInnerGSModelNode.h"
 
+#include <vtkMRMLLabelMapVolumeNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
 #include <vtkMRMLTransformNode.h>
@@ -144,7 +146,10 @@ void refuseShear(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* grid) {
 vtkMRMLScalarVolumeNode* uncertaintyOf(vtkMRMLInnerGSModelNode* model) {
   auto* node =
       model ? vtkMRMLScalarVolumeNode::SafeDownCast(model->GetNodeReference(kUncertaintyRole)) : nullptr;
-  return node && node->GetImageData() ? node : nullptr;
+  if (!node || !node->GetImageData()) return nullptr;
+  if (auto* measured = vtkMRMLLabelMapVolumeNode::SafeDownCast(node->GetNodeReference(kMeasuredRole)))
+    vtk::restoreMeasured(node->GetImageData(), measured->GetImageData());
+  return node;
 }
 
 namespace {

@@ -35,7 +35,8 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> volumeFor(vtkMRMLScene* scene, vtkMRMLS
 /// a reference to the model (role "InnerGSModel").
 void setProvenance(vtkMRMLNode* output, vtkMRMLInnerGSModelNode* model);
 
-/// The standard deviation of the model's volume, which lies in the model's own coordinates; null: none.
+/// The standard deviation of the model's volume, which lies in the model's own coordinates; null: none. Its
+/// image says what was measured (UncertaintyImage.h), in a scene that was loaded by the labelmap beside it.
 vtkMRMLScalarVolumeNode* uncertaintyOf(vtkMRMLInnerGSModelNode* model);
 
 /// The logic's methods of the same names; if they throw Error, nothing has changed.

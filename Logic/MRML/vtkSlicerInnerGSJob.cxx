@@ -6,6 +6,7 @@
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
 
+#include <vtkMRMLLabelMapVolumeNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLSequenceBrowserNode.h>
 #include <vtkMRMLSequenceNode.h>
@@ -107,6 +108,7 @@ INNERGS_OBJECT(vtkMatrix4x4, PreviewIJKToRASMatrix, PreviewIJKToRAS)
 INNERGS_OBJECT(vtkMRMLScalarVolumeNode, VolumeNode, VolumeNode)
 INNERGS_OBJECT(vtkMRMLInnerGSModelNode, ModelNode, ModelNode)
 INNERGS_OBJECT(vtkMRMLScalarVolumeNode, UncertaintyNode, UncertaintyNode)
+INNERGS_OBJECT(vtkMRMLLabelMapVolumeNode, MeasuredNode, MeasuredNode)
 INNERGS_OBJECT(vtkMRMLTableNode, TableNode, TableNode)
 INNERGS_OBJECT(vtkMRMLTableNode, SliceTableNode, SliceTableNode)
 INNERGS_OBJECT(vtkMRMLSequenceNode, SequenceNode, SequenceNode)

@@ -15,6 +15,7 @@ class vtkImageData;
 class vtkInnerGSDynamicModel;
 class vtkMRMLInnerGSModelNode;
 class vtkMRMLInnerGSParameterNode;
+class vtkMRMLLabelMapVolumeNode;
 class vtkMRMLScalarVolumeNode;
 class vtkMRMLSequenceBrowserNode;
 class vtkMRMLSequenceNode;
@@ -107,6 +108,7 @@ public:
   /// were not moved.
   vtkMRMLTableNode* GetSliceTableNode();
   vtkMRMLScalarVolumeNode* GetUncertaintyNode(); // standard deviations; null unless asked for and known
+  vtkMRMLLabelMapVolumeNode* GetMeasuredNode();  // likewise: 1 where some slice measured the tissue, else 0
   /// Of a dynamic scan alone.
   vtkMRMLSequenceNode* GetSequenceNode();
   vtkMRMLSequenceBrowserNode* GetBrowserNode();
@@ -133,6 +135,7 @@ protected:
   vtkSmartPointer<vtkInnerGSDynamicModel> PreviewModel;
   vtkWeakPointer<vtkMRMLInnerGSParameterNode> ParameterNode;
   vtkWeakPointer<vtkMRMLScalarVolumeNode> VolumeNode, UncertaintyNode;
+  vtkWeakPointer<vtkMRMLLabelMapVolumeNode> MeasuredNode;
   vtkWeakPointer<vtkMRMLInnerGSModelNode> ModelNode;
   vtkWeakPointer<vtkMRMLTableNode> TableNode, SliceTableNode;
   vtkWeakPointer<vtkMRMLSequenceNode> SequenceNode;

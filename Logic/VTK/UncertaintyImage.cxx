@@ -1,5 +1,6 @@
 #include "UncertaintyImage.h"
 
+#include "Core/Base/Error.h"
 #include "Core/Uncertainty/ErrorCurve.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
@@ -40,6 +41,25 @@ void setUncertainty(vtkImageData* image, const Uncertainty& uncertainty, bool wi
 
 void setMeasured(vtkImageData* image, std::span<const std::uint8_t> measured) {
   std::copy(measured.begin(), measured.end(), addMeasured(image));
+}
+
+vtkSmartPointer<vtkImageData> measuredLabelmap(vtkImageData* image) {
+  vtkDataArray* measured = image->GetPointData()->GetArray(kMeasured);
+  if (!measured) throw Error(ErrorCode::NoData, "The standard deviation does not say what was measured.");
+  auto labelmap = vtkSmartPointer<vtkImageData>::New();
+  labelmap->CopyStructure(image);
+  labelmap->GetPointData()->SetScalars(measured);
+  return labelmap;
+}
+
+void restoreMeasured(vtkImageData* image, vtkImageData* labelmap) {
+  vtkDataArray* labels = labelmap ? labelmap->GetPointData()->GetScalars() : nullptr;
+  if (image->GetPointData()->GetArray(kMeasured) || !labels ||
+      labels->GetNumberOfTuples() != image->GetNumberOfPoints())
+    return;
+  std::uint8_t* measured = addMeasured(image);
+  for (vtkIdType n = 0; n < labels->GetNumberOfTuples(); ++n)
+    measured[n] = labels->GetComponent(n, 0) != 0;
 }
 
 double usualDeviation(vtkImageData* image) {

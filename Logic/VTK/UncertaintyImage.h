@@ -2,6 +2,8 @@
 #include "Core/Base/Parallel.h"
 #include "Core/Uncertainty/Uncertainty.h"
 
+#include <vtkSmartPointer.h>
+
 #include <span>
 
 class vtkImageData;
@@ -15,6 +17,13 @@ void setUncertainty(vtkImageData* image, const Uncertainty& uncertainty, bool wi
 
 /// Adds these point data to an image with the same number of voxels.
 void setMeasured(vtkImageData* image, std::span<const std::uint8_t> measured);
+
+/// These point data as a labelmap (0, 1) with the same voxels, to keep in a file. Throws Error(NoData) for an
+/// image without them.
+vtkSmartPointer<vtkImageData> measuredLabelmap(vtkImageData* image);
+
+/// Adds them again to an image that lost them in a file. Ignores a labelmap that is null or of another size.
+void restoreMeasured(vtkImageData* image, vtkImageData* labelmap);
 
 /// The value that one voxel in a hundred exceeds, above 0: the upper end of a display window for such an
 /// image.

@@ -8,10 +8,11 @@ from ._parameters import temporary
 from ._scene import Cancelled, Error, logic, logic_of, quiet
 
 Result = collections.namedtuple("Result", "volume model table training_psnr held_out_psnr warnings uncertainty coverage slices prediction "
-                                "profile")
+                                "profile measured")
 Result.__doc__ = """The result of a reconstruction: nodes (table: None unless quality was requested), PSNR in dB on the fitted samples
 and, for a second fit, on the slices held out from it (NaN without one), sentences that the user should read, and with
-uncertainty=True a volume node of standard deviations (else None) and the share of held-out voxels inside their 90 % intervals.
+uncertainty=True a volume node of standard deviations (else None), the share of held-out voxels inside their 90 % intervals,
+and measured, a labelmap node that is 1 where some slice measured the tissue (else None).
 slices: of several scans, a table node of where every slice was found to lie (slice_transforms() makes transforms of it), or
 None where they were not moved. prediction, profile: sentences on what was put between the slices and on how thick they look,
 or ""."""
@@ -110,7 +111,7 @@ class Job:
         warnings = [job.GetWarning(n) for n in range(job.GetNumberOfWarnings())]
         return Result(job.GetVolumeNode(), job.GetModelNode(), job.GetTableNode(), job.GetTrainingPSNR(),
                       job.GetHeldOutPSNR(), warnings, job.GetUncertaintyNode(), job.GetUncertaintyCoverage(),
-                      job.GetSliceTableNode(), job.GetPredictionNote(), job.GetProfileNote())
+                      job.GetSliceTableNode(), job.GetPredictionNote(), job.GetProfileNote(), job.GetMeasuredNode())
 
 
 def _node_of(volumes, spacing, parameter_node, choices):

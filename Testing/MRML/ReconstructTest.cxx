@@ -12,7 +12,9 @@
 
 #include <vtkClosedSurfaceToBinaryLabelmapConversionRule.h>
 #include <vtkCollection.h>
+#include <vtkDataArray.h>
 #include <vtkOrientedImageData.h>
+#include <vtkPointData.h>
 #include <vtkSegment.h>
 #include <vtkSegmentation.h>
 #include <vtkSegmentationConverter.h>
@@ -380,6 +382,7 @@ TEST_F(ReconstructTest, UncertaintyIsAVolumeBesideTheResult) {
   auto* input = addLargerVolume();
   auto* parameters = addParameters(input);
   parameters->SetNumberOfIterations(10);
+  parameters->SetInputSliceThickness(input, 1); // so that some voxels lie between the slices
   parameters->EstimateUncertaintyOn();
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
   auto* job = logic->GetLastJob();
@@ -406,6 +409,31 @@ TEST_F(ReconstructTest, UncertaintyIsAVolumeBesideTheResult) {
   EXPECT_GT(display->GetWindowLevelMax(), range[0]);
   EXPECT_LE(display->GetWindowLevelMax(), range[1]);
 
+  // Where some slice measured the tissue: a labelmap, which tells it of the deviation once it was saved.
+  auto* measured = job->GetMeasuredNode();
+  ASSERT_NE(measured, nullptr);
+  EXPECT_STREQ(measured->GetName(), "Larger InnerGS measured");
+  EXPECT_EQ(deviation->GetNodeReference("InnerGSMeasured"), measured);
+  EXPECT_EQ(measured->GetNodeReference("InnerGSModel"), model);
+  for (int i = 0; i < 16; ++i)
+    EXPECT_EQ(ofVolume->GetElement(i / 4, i % 4), matrixOf(measured)->GetElement(i / 4, i % 4));
+  vtkPointData* points = deviation->GetImageData()->GetPointData();
+  const vtkSmartPointer<vtkDataArray> said = points->GetArray("Measured");
+  vtkDataArray* labels = measured->GetImageData()->GetPointData()->GetScalars();
+  ASSERT_EQ(labels->GetNumberOfTuples(), said->GetNumberOfTuples());
+  double labelled[2];
+  labels->GetRange(labelled);
+  EXPECT_EQ(labelled[0], 0);
+  EXPECT_EQ(labelled[1], 1);
+  points->RemoveArray("Measured");
+  {
+    vtkNew<vtkMatrix4x4> plane;
+    ASSERT_NE(logic->QueryUncertaintyPlane(model, plane, 3, 3, 1), nullptr) << logic->GetLastError();
+  }
+  ASSERT_NE(points->GetArray("Measured"), nullptr);
+  for (vtkIdType n = 0; n < said->GetNumberOfTuples(); ++n)
+    ASSERT_EQ(points->GetArray("Measured")->GetComponent(n, 0), said->GetComponent(n, 0)) << n;
+
   // On a plane through a voxel, also of a model that was moved.
   const double ijk[4] = {12, 20, 9, 1};
   for (const double moved : {0., 7.}) {
@@ -429,6 +457,7 @@ TEST_F(ReconstructTest, UncertaintyIsAVolumeBesideTheResult) {
   parameters->SetSeed(3);
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
   EXPECT_EQ(logic->GetLastJob()->GetUncertaintyNode(), deviation);
+  EXPECT_EQ(logic->GetLastJob()->GetMeasuredNode(), measured);
   parameters->EstimateUncertaintyOff();
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
   EXPECT_EQ(logic->GetLastJob()->GetUncertaintyNode(), nullptr);

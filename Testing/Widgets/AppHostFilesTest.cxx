@@ -315,6 +315,39 @@ private Q_SLOTS:
     }
   }
 
+  void knowsInHowManyPassesSlicesWereAcquired() {
+    const QString scan = writeBall(*sandbox_, "ball.nii.gz"); // of 10 slices
+    QFile bids(sandbox_->path("ball.json"));
+    QVERIFY(bids.open(QIODevice::WriteOnly));
+    bids.write(R"({"SliceTiming": [0, 5, 1, 6, 2, 7, 3, 8, 4, 9]})");
+    bids.close();
+    const QString id = openAndWait(*host_, scan);
+    QCOMPARE(host_->volumeInfo(id).passes, 2);
+    app::ReconstructionTask task;
+    task.inputs = {*host_->document().volume(id)};
+    task.request.inputs << ui::InputChoice{};
+    QCOMPARE(app::makeInput(task, false).stacks[0].times.size(), std::size_t(10));
+    task.request.inputs[0].sliceAxis = 0;
+    QVERIFY(app::makeInput(task, false).stacks[0].times.empty());
+  }
+
+  /// Where a gantry is tilted, each slice lies at a place of its own.
+  void opensSlicesOffAGrid() {
+    const QString folder = sandbox_->path("tilted");
+    QVERIFY(QDir().mkdir(folder));
+    for (int k = 0; k < 6; ++k)
+      test::writeDicomSlice((folder + QString("/%1.dcm").arg(k)).toStdString(), {0, 2.0 * k, 5.0 * k}, {},
+                            100 + k,
+                            {{"0020|000d", "1.2.3"},
+                             {"0020|000e", "1.2.3.4"},
+                             {"0008|0018", "1.2.3.4." + std::to_string(k + 1)}});
+    const auto item = host_->document().volume(openAndWait(*host_, folder));
+    QVERIFY(item);
+    QCOMPARE(item->poses.size(), std::size_t(6));
+    QVERIFY(item->note.contains("displaced within their planes"));
+    QVERIFY(item->note.contains("puts each where it lies"));
+  }
+
   void opensEverySeriesOfADicomFolder() {
     const QString folder = sandbox_->path("dicom");
     const std::filesystem::path path(folder.toStdString());

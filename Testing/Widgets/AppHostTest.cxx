@@ -10,6 +10,7 @@
 #include "Widgets/App/Files.h"
 #include "Widgets/App/Runner.h"
 
+#include <vtkDataArray.h>
 #include <vtkPointData.h>
 #include <vtkTable.h>
 
@@ -366,6 +367,13 @@ private Q_SLOTS:
     QCOMPARE(item->window->lower, 0.0);
     QVERIFY(item->window->upper > item->range[0] && item->window->upper <= item->range[1]);
     QVERIFY(host_->document().unsaved().contains(report.uncertaintyId));
+    const auto measured = host_->document().volumes().back(); // a labelmap of where some slice measured
+    QCOMPARE(measured->name, QString("ball measured"));
+    QCOMPARE(measured->volume->geometry.size, item->volume->geometry.size);
+    vtkDataArray* said = item->image->GetPointData()->GetArray("Measured");
+    for (std::size_t v = 0; v < measured->volume->voxels.size(); ++v)
+      QCOMPARE(measured->volume->voxels[v], float(said->GetComponent(vtkIdType(v), 0)));
+    QCOMPARE(host_->save(measured->id, sandbox_->path("measured.nii.gz")), QString());
     const QString file = sandbox_->path("deviation.nii.gz");
     QCOMPARE(host_->save(report.uncertaintyId, file), QString());
     QVERIFY(readVolume(file.toStdString()).voxels == item->volume->voxels);

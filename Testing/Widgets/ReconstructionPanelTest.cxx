@@ -61,6 +61,23 @@ private Q_SLOTS:
     QVERIFY(label("inputDescription").endsWith(" mm"));
   }
 
+  void saysWhatElseTheFileSaysOfTheSlices() {
+    VolumeInfo info = host_->volumes["head"];
+    info.name = "Interleaved";
+    info.passes = 2;
+    host_->addVolume("interleaved", info);
+    choose("interleaved");
+    QVERIFY(label("inputDescription").endsWith("; acquired in 2 interleaved passes"));
+    child<QComboBox>("sliceAxis")->setCurrentIndex(1); // times are of slices along K
+    QVERIFY(!label("inputDescription").contains("passes"));
+    info.name = "Tracked";
+    info.passes = 0;
+    info.hasPoses = true;
+    host_->addVolume("tracked", info);
+    select(rows()[0]->findChild<Selector*>("inputSelector"), "tracked");
+    QVERIFY(label("inputDescription").endsWith("; each slice at a place of its own"));
+  }
+
   void changesInOneGoAreEstimatedOnce() {
     choose("head");
     TRY_COMPARE(host_->estimated.size(), 1);

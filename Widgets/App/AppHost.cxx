@@ -1,5 +1,6 @@
 #include "Widgets/App/AppHost.h"
 
+#include "Core/Acquisition/SliceOrder.h"
 #include "Core/Base/Error.h"
 #include "Core/Base/SystemMemory.h"
 #include "Core/Device/Devices.h"
@@ -92,6 +93,7 @@ ui::VolumeInfo AppHost::volumeInfo(const QString& id) const {
   info.orientation = orientationOf(geometry, item->sliceAxis);
   info.sliceThickness = item->thickness;
   info.hasPoses = !item->poses.empty();
+  info.passes = item->times.empty() ? 0 : interleavedPasses(item->times);
   return info;
 }
 
@@ -418,6 +420,7 @@ void AppHost::deliver(Outcome outcome) {
   }
   if (outcome.uncertainty)
     outcome.model.uncertaintyId = report.uncertaintyId = document_.add(std::move(*outcome.uncertainty));
+  if (outcome.measured) document_.add(std::move(*outcome.measured));
   if (!request_.outputModelId.isEmpty() && document_.model(request_.outputModelId)) {
     report.modelId = request_.outputModelId;
     document_.replace(report.modelId, std::move(outcome.model));

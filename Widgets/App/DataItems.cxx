@@ -120,6 +120,17 @@ VolumeItem makeItem(Volume volume, const QString& name, const QString& file, dou
   return item;
 }
 
+VolumeItem makeMeasuredItem(const Uncertainty& uncertainty, const QString& name) {
+  VolumeItem item = makeItem(
+      Volume{uncertainty.deviation.geometry, {uncertainty.measured.begin(), uncertainty.measured.end()}},
+      name);
+  item.role = VolumeRole::Made;
+  item.saved = false;
+  item.segments.push_back({{1, tr("Measured").toStdString()}, {}});
+  *item.window = {0, 1, 0, 1};
+  return item;
+}
+
 VolumeItem makeItem(Uncertainty uncertainty, const QString& name) {
   VolumeItem item = makeItem(std::move(uncertainty.deviation), name);
   item.role = VolumeRole::Made;

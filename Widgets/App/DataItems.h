@@ -54,6 +54,7 @@ struct VolumeItem {
   vtkSmartPointer<vtkMatrix4x4> ijkToRAS; // mm
   double thickness = 0;                   // mm, as the file says; 0: the distance between slices
   int sliceAxis = 2;                      // counts the slices
+  std::vector<double> times;              // s, when each slice was acquired, as Stack::times; empty: not said
   std::vector<Affine3> poses; // of slices off a grid, as Stack::poses; the views show them as parallel
   QString
       unplaced; // of a tracked sweep: why the places of its images are not known, a sentence; "": they are
@@ -83,6 +84,8 @@ struct ModelItem {
 /// threads. Throws Error(Geometry | NoData).
 VolumeItem makeItem(Volume volume, const QString& name, const QString& file = {}, double thickness = 0,
                     int sliceAxis = -1);
+/// Likewise for where some slice measured the tissue: a labelmap, unsaved.
+VolumeItem makeMeasuredItem(const Uncertainty& uncertainty, const QString& name);
 /// Likewise for standard deviations, unsaved; the image also says what was measured (UncertaintyImage.h).
 VolumeItem makeItem(Uncertainty uncertainty, const QString& name);
 ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, const QString& file = {},

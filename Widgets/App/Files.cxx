@@ -146,6 +146,8 @@ Loaded readItem(const QString& path, int frame, std::optional<int> series, const
   loaded.volume = makeItem(std::move(image.volume), nameOf(path), path, image.sliceThickness,
                            image.slicesAreAlongK ? 2 : -1);
   VolumeItem& item = *loaded.volume;
+  if (std::ssize(image.sliceTimes) == item.volume->geometry.size[item.sliceAxis])
+    item.times = std::move(image.sliceTimes);
   item.poses = std::move(image.poses);
   item.unplaced = places.unknown;
   QStringList notes;

@@ -43,6 +43,7 @@ Stack stackOf(const VolumeItem& item, const ui::InputChoice& choice, bool voxels
                     .arg(item.name)
                     .toStdString());
   stack.poses = item.poses;
+  if (axis == item.sliceAxis) stack.times = item.times;
   if (!voxels)
     stack.image.geometry = withSliceAxis(item.volume->geometry, axis);
   else if (axis == 2)
@@ -267,6 +268,7 @@ std::shared_ptr<Outcome> Runner::reconstruct(const ReconstructionTask& task, con
   outcome->volume.saved = false;
   if (auto& u = result.uncertainty) {
     report.uncertainty = QString::fromStdString(uncertaintySentence(*u));
+    outcome->measured = makeMeasuredItem(*u, tr("%1 measured").arg(first.name));
     outcome->uncertainty = makeItem(std::move(*u), tr("%1 standard deviation").arg(first.name));
   }
   return outcome;

@@ -31,7 +31,7 @@ std::optional<int> keepEvery(const ReconstructionTask& task);
 /// The result, on its way to the document.
 struct Outcome {
   VolumeItem volume;
-  std::optional<VolumeItem> uncertainty;
+  std::optional<VolumeItem> uncertainty, measured; // standard deviations; 1 where some slice measured
   ModelItem model;
   ui::Report report; // without IDs
 };

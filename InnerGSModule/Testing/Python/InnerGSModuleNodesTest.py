@@ -183,6 +183,25 @@ class InnerGSModuleNodesTest(ModuleFixture):
         slicer.util.selectModule("InnerGS")
         self.assertEqual(preset.currentIndex, 2)
 
+    def test_slices_lie_where_a_sequence_of_transforms_says(self):
+        import innergs
+
+        places = self.find("slicePosesSelector")
+        self.assertFalse(places.visible)
+        shift = [[1, 0, 0, 30], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+        poses = innergs.slice_poses([shift] * self.volume.GetImageData().GetDimensions()[2])
+        self.assertTrue(until(lambda: places.visible))
+        self.parameters.SetInputSlicePosesNode(self.volume, poses)
+        self.assertTrue(until(lambda: self.combo("slicePosesSelector").currentNode() == poses))
+        self.find("sliceThickness").setValue(3)  # what a script chose stays
+        self.assertTrue(until(lambda: self.parameters.GetInputSliceThickness(self.volume) == 3))
+        self.assertEqual(self.parameters.GetInputSlicePosesNode(self.volume), poses)
+        self.reconstruct()
+        bounds, before = [0] * 6, [0] * 6
+        self.parameters.GetResultVolumeNode().GetRASBounds(bounds)
+        self.volume.GetRASBounds(before)
+        self.assertAlmostEqual((bounds[0] + bounds[1] - before[0] - before[1]) / 2, 30, delta=4)
+
     def test_an_exported_plane_says_where_it_is_from(self):
         self.reconstruct()
         self.find("QuerySection").collapsed = False

@@ -7,6 +7,8 @@ import unittest
 import numpy as np
 import qt
 import slicer
+import vtk
+from vtk.util.numpy_support import vtk_to_numpy
 
 from InnerGSModuleFixture import ModuleFixture, ball, until
 
@@ -80,6 +82,19 @@ class InnerGSModuleScenesTest(ModuleFixture):
             self.assertTrue(until(lambda: self.combo(name).currentNode() is not None), name)
             self.assertEqual(self.combo(name).currentNode().GetName(), "Of the first set")
         self.assertNotIn("no longer there", self.find("modelFile").text)  # in the bundle
+
+    def test_where_slices_measured_something_is_kept_with_the_scene(self):
+        self.parameters.EstimateUncertaintyOn()
+        self.parameters.SetInputSliceThickness(self.volume, 2)
+        self.reconstruct()
+        measured = lambda node: vtk_to_numpy(node.GetImageData().GetPointData().GetArray("Measured"))
+        before = measured(self.parameters.GetResultUncertaintyNode()).copy()
+        self.assertEqual(set(before), {0, 1})
+        self.reopen()
+        self.assertTrue(until(lambda: self.parameters and self.parameters.GetResultUncertaintyNode()))
+        model = self.parameters.GetResultModelNode()
+        self.assertIsNotNone(self.logic.QueryUncertaintyPlane(model, vtk.vtkMatrix4x4(), 8, 8, 1))
+        self.assertTrue((measured(self.parameters.GetResultUncertaintyNode()) == before).all())
 
     def test_a_scene_that_is_added_leaves_what_is_in_use(self):
         with tempfile.TemporaryDirectory() as folder:

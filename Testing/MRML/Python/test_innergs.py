@@ -310,10 +310,12 @@ class InnerGSTest(unittest.TestCase):
 
     def test_uncertainty_is_a_volume_beside_the_result(self):
         source = add_volume(self.scene, "Head", (36, 34, 30), (1.5, 1.5, 2.0))
-        result = innergs.reconstruct(source, preset="fast", iterations=10, uncertainty=True)
+        result = innergs.reconstruct(source, preset="fast", iterations=10, uncertainty=True, thickness=0.9)
         self.assertIsNotNone(result.uncertainty, result.warnings)
         self.assertEqual(result.uncertainty.GetName(), "Head InnerGS standard deviation")
         self.assertEqual(result.uncertainty.GetImageData().GetDimensions(), result.volume.GetImageData().GetDimensions())
+        self.assertEqual(result.measured.GetImageData().GetScalarRange(), (0, 1))
+        self.assertEqual(result.measured.GetImageData().GetDimensions(), result.volume.GetImageData().GetDimensions())
         self.assertGreater(result.coverage, 0.8)
         self.assertLessEqual(result.coverage, 1)
         matrix = numpy.eye(4)
@@ -322,6 +324,7 @@ class InnerGSTest(unittest.TestCase):
         self.assertTrue(low <= plane.GetImageData().GetScalarRange()[0] <= plane.GetImageData().GetScalarRange()[1] <= high)
         plain = innergs.reconstruct(source, preset="fast", iterations=10)
         self.assertIsNone(plain.uncertainty)
+        self.assertIsNone(plain.measured)
         self.assertTrue(math.isnan(plain.coverage))
         with self.assertRaisesRegex(innergs.Error, "is not known"):
             innergs.plane(plain.model, matrix, uncertainty=True)
