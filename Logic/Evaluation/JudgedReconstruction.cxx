@@ -23,6 +23,12 @@ constexpr int kInterpolations = 3;             // compared by protocol H
 constexpr double kInterpolationIterations = 5; // approximate cost of interpolating and scoring a voxel
 constexpr double kCoarseIteration = 0.15;      // relative to an iteration at full resolution
 
+/// Whether protocol H can hold out slices of the first stack: at poses of their own nothing can be
+/// interpolated between them.
+bool hasGrid(const ReconstructionInput& input) {
+  return input.stacks.front().poses.empty();
+}
+
 /// Samples times iterations.
 double costOf(const ReconstructionInput& fit, Settings settings) {
   DataTraits traits = geometryTraits(fit.stacks);
@@ -48,6 +54,7 @@ std::vector<double> costs(const ReconstructionInput& input, const Settings& sett
       const SimulatedFit simulated = simulatedOutline(input, settings);
       job += (2 - simulated.input.heldOutFraction) * costOf(simulated.input, simulated.settings);
     }
+    if (!hasGrid(input)) return {job, 0, 0};
     return {job, costOf(keptOutline(first, keepEvery, 2), settings),
             kInterpolationIterations * static_cast<double>(first.voxelCount())};
   } catch (const Error&) { // the fits will throw it too
@@ -79,6 +86,7 @@ JudgedResult JudgedReconstruction::run(const std::stop_token& stop, bool renderW
   options.settings = settings_;
   options.stop = stop;
   Volume volume;
+  const bool judgeable = hasGrid(input_);
   {
     ReconstructionJob job(std::move(input_), settings_);
     job.onProgress(parts.next());
@@ -116,6 +124,10 @@ JudgedResult JudgedReconstruction::run(const std::stop_token& stop, bool renderW
   heldOut.factor = *keepEvery_;
   heldOut.axis = 2; // a stack counts its slices along K
   try {
+    if (!judgeable)
+      throw Error(ErrorCode::Geometry,
+                  "Each slice of the first scan lies at a pose of its own, so there is no "
+                  "interpolation to compare with: hold out slices instead.");
     judged.quality = evaluateHeldOut(volume, heldOut, options);
     if (result.judging == Judging::NotAsked) result.judging = Judging::Done;
   } catch (...) {
@@ -143,7 +155,8 @@ void checkKeepEvery(int keepEvery) {
 
 std::vector<ReconstructionInput> fitOutlines(const ReconstructionInput& input, std::optional<int> keepEvery) {
   std::vector<ReconstructionInput> fits{input};
-  if (keepEvery) fits.push_back(keptOutline(input.stacks.front().image.geometry, *keepEvery, 2));
+  if (keepEvery && hasGrid(input))
+    fits.push_back(keptOutline(input.stacks.front().image.geometry, *keepEvery, 2));
   return fits;
 }
 

@@ -382,6 +382,8 @@ TEST_F(ReconstructTest, UncertaintyIsAVolumeBesideTheResult) {
   auto* input = addLargerVolume();
   auto* parameters = addParameters(input);
   parameters->SetNumberOfIterations(10);
+  parameters->SetOutputGrid(vtkMRMLInnerGSParameterNode::SpacingGrid);
+  parameters->SetOutputSpacing(1.2);
   parameters->SetInputSliceThickness(input, 1); // so that some voxels lie between the slices
   parameters->EstimateUncertaintyOn();
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();

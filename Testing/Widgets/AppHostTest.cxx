@@ -184,6 +184,10 @@ private Q_SLOTS:
     }
     QVERIFY(mass > 0);
     QVERIFY(norm((1 / mass) * centre - Vec3{-3, -10, 35}) < 0.5); // LPS
+    request.evaluateQuality = true;
+    const ui::Report judged = reconstructAndWait(*host_, request);
+    QVERIFY(!judged.volumeId.isEmpty() && judged.quality.isEmpty());
+    QVERIFY(judged.warnings.join(' ').contains("hold out slices instead"));
     request.inputs[0].sliceAxis = 0;
     QVERIFY(host_->estimate(request).refusal.contains("place of its own"));
   }

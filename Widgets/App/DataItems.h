@@ -54,11 +54,10 @@ struct VolumeItem {
   vtkSmartPointer<vtkMatrix4x4> ijkToRAS; // mm
   double thickness = 0;                   // mm, as the file says; 0: the distance between slices
   int sliceAxis = 2;                      // counts the slices
-  std::vector<double> times;              // s, when each slice was acquired, as Stack::times; empty: not said
-  std::vector<Affine3> poses; // of slices off a grid, as Stack::poses; the views show them as parallel
-  QString
-      unplaced; // of a tracked sweep: why the places of its images are not known, a sentence; "": they are
-  std::array<double, 2> range{0, 0}; // of the finite voxels
+  std::vector<double> times;              // s, as Stack::times; empty: not said
+  std::vector<Affine3> poses;             // as Stack::poses; the views show such slices as parallel ones
+  QString unplaced;                       // why the images of a tracked sweep have no poses; "": they have
+  std::array<double, 2> range{0, 0};      // of the finite voxels
   std::shared_ptr<Window> window;
   std::vector<SegmentInfo> segments; // of a labelmap made here
   bool saved = true;

@@ -4,6 +4,8 @@
 #include "../Core/JobInputs.h"
 #include "../Core/ThrownError.h"
 
+#include <cmath>
+
 using namespace innergs;
 using namespace innergs::testing;
 
@@ -122,6 +124,24 @@ TEST(JudgedReconstruction, WhatCannotBeJudgedIsDeliveredWithTheReason) {
     EXPECT_EQ(test::codeOf([&] { JudgedReconstruction(input, quickSettings(2), wrong).run(); }),
               ErrorCode::InvalidArgument)
         << wrong;
+}
+
+// What was measured on slices that lie elsewhere would say nothing of the result.
+TEST(JudgedReconstruction, SlicesAtPosesOfTheirOwnAreNotComparedWithInterpolation) {
+  ReconstructionInput input = isotropicInput();
+  Stack& stack = input.stacks.front();
+  for (std::int64_t k = 0; k < stack.image.geometry.size[2]; ++k)
+    stack.poses.push_back({{}, {0, 0.1 * static_cast<double>(k), 0}});
+  EXPECT_EQ(fitOutlines(input, 2).size(), 1u);
+  input.heldOutFraction = 0.2;
+  const JudgedAttempt run = runUntil({}, input, 2);
+  EXPECT_EQ(run.result.reconstruction.judging, Judging::Failed);
+  EXPECT_FALSE(run.result.quality);
+  EXPECT_FALSE(run.result.reconstruction.volume.voxels.empty());
+  EXPECT_TRUE(std::isfinite(run.result.reconstruction.heldOutPsnr));
+  ASSERT_FALSE(run.result.reconstruction.warnings.empty());
+  EXPECT_NE(run.result.reconstruction.warnings.back().find("hold out slices instead"), std::string::npos);
+  EXPECT_EQ(run.states.back().phase, Phase::Done);
 }
 
 TEST(JudgedReconstruction, JudgesInBothWaysAtOnce) {

@@ -32,7 +32,7 @@ class BatchExampleTest(unittest.TestCase):
         if inside_slicer:  # where there is a slicer module and no slicer_core
             command = ["-c", "import slicer_core, slicer, runpy, sys; sys.modules['slicer_core'] = None; import innergs\n"
                              "sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name='__main__')"] + command
-        return subprocess.run([sys.executable, *command], capture_output=True, text=True, timeout=300)
+        return subprocess.run([sys.executable, *command], capture_output=True, text=True, timeout=1500)
 
     def test_goes_on_after_a_failure(self):
         for name in ("a.1.nii.gz", "a.2.nii", "b.NRRD"):

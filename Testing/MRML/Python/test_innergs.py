@@ -310,7 +310,7 @@ class InnerGSTest(unittest.TestCase):
 
     def test_uncertainty_is_a_volume_beside_the_result(self):
         source = add_volume(self.scene, "Head", (36, 34, 30), (1.5, 1.5, 2.0))
-        result = innergs.reconstruct(source, preset="fast", iterations=10, uncertainty=True, thickness=0.9)
+        result = innergs.reconstruct(source, preset="fast", iterations=10, uncertainty=True, thickness=1, spacing=1.2)
         self.assertIsNotNone(result.uncertainty, result.warnings)
         self.assertEqual(result.uncertainty.GetName(), "Head InnerGS standard deviation")
         self.assertEqual(result.uncertainty.GetImageData().GetDimensions(), result.volume.GetImageData().GetDimensions())
@@ -513,7 +513,7 @@ class InnerGSTest(unittest.TestCase):
                 "scene = t.vtkMRMLScene(); innergs.logic(scene)\n"
                 "job = innergs.start(t.add_volume(scene), iterations=100000)\n"
                 "print('started', job.running)\n" % sys.path)
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60,
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=600,
                               cwd=pathlib.Path(__file__).parent)
         self.assertEqual((done.returncode, done.stdout), (0, "started True\n"), done.stderr)
 
