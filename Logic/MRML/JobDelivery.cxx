@@ -12,6 +12,7 @@
 #include "vtkSlicerInnerGSJob.h"
 #include "vtkSlicerInnerGSLogic.h"
 
+#include <vtkMRMLLabelMapVolumeNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
 #include <vtkMRMLSequenceBrowserNode.h>
