@@ -127,7 +127,7 @@ QString writeSweep(const Sandbox& sandbox, const QString& name, bool calibrated)
         voxels += static_cast<char>(distance < 12 ? 200 * (1 - distance / 12) : 0);
       }
   }
-  const QString path = sandbox.path(name);
+  QString path = sandbox.path(name);
   QFile file(path);
   if (!file.open(QIODevice::WriteOnly)) return {};
   file.write(header + "ElementDataFile = LOCAL\n" + voxels);
@@ -135,7 +135,7 @@ QString writeSweep(const Sandbox& sandbox, const QString& name, bool calibrated)
 }
 
 QString sweepCalibration(const Sandbox& sandbox) {
-  const QString path = sandbox.path("calibration.txt");
+  QString path = sandbox.path("calibration.txt");
   QFile file(path);
   if (!file.open(QIODevice::WriteOnly)) return {};
   file.write(kImageToProbe);

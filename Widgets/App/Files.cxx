@@ -54,8 +54,7 @@ SweepPlaces placesOf(LoadedImage& image, const QString& path, const QString& cal
 ModelItem readModelItem(const QString& path) {
   AnyModel read = readAnyModel(pathOf(path));
   if (read.field)
-    return makeItem(std::move(read.field), nameOf(path), path, std::move(read.notes),
-                    std::move(read.features));
+    return makeItem(read.field, nameOf(path), path, std::move(read.notes), std::move(read.features));
   if (read.model->field.gaussians.empty())
     throw Error(ErrorCode::NoData,
                 tr("The model '%1' has no Gaussians: choose another.").arg(path).toStdString());
