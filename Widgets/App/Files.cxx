@@ -180,8 +180,8 @@ Loaded readItem(const QString& path, int frame, std::optional<int> series, const
                  .arg(item.name);
   if (!item.unplaced.isEmpty())
     notes << item.unplaced
-          << tr("Until then its images are shown as parallel slices and cannot be "
-                "reconstructed.");
+          << tr("Open it again to choose the file: until then its images are shown as parallel slices and "
+                "cannot be reconstructed.");
   item.note = notes.join(QLatin1Char('\n'));
   return loaded;
 }

@@ -35,7 +35,9 @@ Stack stackOf(const VolumeItem& item, const ui::InputChoice& choice, bool voxels
   const int axis = axisOf(item, choice);
   stack.thickness = choice.sliceThickness;
   if (stack.thickness == 0 && axis == item.sliceAxis) stack.thickness = item.thickness;
-  if (!item.unplaced.isEmpty()) throw Error(ErrorCode::Geometry, item.unplaced.toStdString());
+  if (!item.unplaced.isEmpty())
+    throw Error(ErrorCode::Geometry,
+                Runner::tr("%1 Open it again to choose the file.").arg(item.unplaced).toStdString());
   if (!item.poses.empty() && axis != item.sliceAxis)
     throw Error(ErrorCode::InvalidArgument,
                 Runner::tr("Each slice of '%1' lies at a place of its own: leave the axis of its slices at "
