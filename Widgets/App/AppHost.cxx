@@ -231,6 +231,14 @@ void AppHost::showFrame(const QString& id, int frame) {
   if (!reading) readWantedFrame(id);
 }
 
+void AppHost::replaceVolume(const VolumeItem& before, VolumeItem item, const QString& name) {
+  const QString id = before.id, kept = name; // replace() overwrites `before`, and the name if it is its own
+  item.window = before.window;
+  item.role = before.role;
+  document_.replace(id, std::move(item));
+  document_.rename(id, kept);
+}
+
 void AppHost::readWantedFrame(const QString& id) {
   const auto item = document_.volume(id);
   const int frame = wantedFrames_.value(id);
@@ -239,28 +247,24 @@ void AppHost::readWantedFrame(const QString& id) {
     return;
   }
   const QString file = item->frames.file;
-  background_->run(tr("Reading frame %1 of %2").arg(frame + 1).arg(QFileInfo(file).fileName()),
-                   [this, id, file, frame] {
-                     auto loaded = std::make_shared<Loaded>();
-                     const QString sentence = sentenceOf([&] { *loaded = readItem(file, frame); });
-                     return [this, id, file, frame, loaded, sentence] {
-                       const auto now = document_.volume(id);
-                       if (!sentence.isEmpty() || !now || now->frames.file != file) {
-                         wantedFrames_.remove(id);
-                         if (sentence.isEmpty()) return;
-                         Q_EMIT logged(sentence);
-                         Q_EMIT openFailed(file, sentence);
-                         return;
-                       }
-                       loaded->volume->window = now->window;
-                       loaded->volume->role = now->role;
-                       const QString name = nameOfFrame(now->name, now->frames.shown, frame);
-                       document_.replace(id, std::move(*loaded->volume));
-                       document_.rename(id, name);
-                       Q_EMIT frameShown(id);
-                       readWantedFrame(id);
-                     };
-                   });
+  background_->run(
+      tr("Reading frame %1 of %2").arg(frame + 1).arg(QFileInfo(file).fileName()), [this, id, file, frame] {
+        auto loaded = std::make_shared<Loaded>();
+        const QString sentence = sentenceOf([&] { *loaded = readItem(file, frame); });
+        return [this, id, file, frame, loaded, sentence] {
+          const auto now = document_.volume(id);
+          if (!sentence.isEmpty() || !now || now->frames.file != file) {
+            wantedFrames_.remove(id);
+            if (sentence.isEmpty()) return;
+            Q_EMIT logged(sentence);
+            Q_EMIT openFailed(file, sentence);
+            return;
+          }
+          replaceVolume(*now, std::move(*loaded->volume), nameOfFrame(now->name, now->frames.shown, frame));
+          Q_EMIT frameShown(id);
+          readWantedFrame(id);
+        };
+      });
 }
 
 void AppHost::calibrate(const QString& id, const QString& calibration) {
@@ -277,10 +281,8 @@ void AppHost::calibrate(const QString& id, const QString& calibration) {
         Q_EMIT openFailed(file, sentence);
       }
       if (!sentence.isEmpty() || !now) return;
-      loaded->volume->window = now->window;
-      const QString name = now->name, note = loaded->volume->note;
-      document_.replace(id, std::move(*loaded->volume));
-      document_.rename(id, name);
+      const QString note = loaded->volume->note;
+      replaceVolume(*now, std::move(*loaded->volume), now->name);
       Q_EMIT logged(note);
       Q_EMIT opened(id, file);
     };
