@@ -232,11 +232,11 @@ void AppHost::showFrame(const QString& id, int frame) {
 }
 
 void AppHost::replaceVolume(const VolumeItem& before, VolumeItem item, const QString& name) {
-  const QString id = before.id, kept = name; // replace() overwrites `before`, and the name if it is its own
+  const QString id = before.id; // replace() overwrites `before`
   item.window = before.window;
   item.role = before.role;
   document_.replace(id, std::move(item));
-  document_.rename(id, kept);
+  document_.rename(id, name);
 }
 
 void AppHost::readWantedFrame(const QString& id) {
@@ -281,8 +281,8 @@ void AppHost::calibrate(const QString& id, const QString& calibration) {
         Q_EMIT openFailed(file, sentence);
       }
       if (!sentence.isEmpty() || !now) return;
-      const QString note = loaded->volume->note;
-      replaceVolume(*now, std::move(*loaded->volume), now->name);
+      const QString name = now->name, note = loaded->volume->note;
+      replaceVolume(*now, std::move(*loaded->volume), name);
       Q_EMIT logged(note);
       Q_EMIT opened(id, file);
     };

@@ -91,7 +91,8 @@ private:
   ReconstructionTask taskFor(const ui::Request& request) const;
   void deliver(Outcome outcome);
   void readWantedFrame(const QString& id);
-  /// Puts another reading of an item's file in its place, with its ID, window and role.
+  /// Puts another reading of an item's file in its place, with its ID, window and role;
+  /// name: not a reference to `before`'s.
   void replaceVolume(const VolumeItem& before, VolumeItem item, const QString& name);
 
   Document document_;
