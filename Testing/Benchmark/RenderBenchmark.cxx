@@ -2,6 +2,7 @@
 #include "Scene.h"
 
 #include "Core/Base/Random.h"
+#include "Core/Model/ResidualKernels.h"
 #include "Core/Render/Render.h"
 #include "Core/Render/RenderPoints.h"
 
@@ -49,6 +50,22 @@ void points(benchmark::State& state) {
     benchmark::DoNotOptimize(renderPoints(scene().field, points));
 }
 
+/// Oblique rows of half a voxel's step through the residual grid; one thread.
+void residualRows(benchmark::State& state, const ResidualKernels& kernels) {
+  constexpr int kRow = 512, kRows = 64;
+  const Volume& residual = scene().field.residual;
+  const Vec3 step{1. / 3, 1. / 3, -1. / 6};
+  Vec3 start = inverse(residual.geometry.indexToWorld())(residual.geometry.centre()) - 0.5 * kRow * step;
+  std::vector<float> row(kRow);
+  for (auto _ : state)
+    for (int r = 0; r < kRows; ++r) {
+      kernels.add(residual, start + Vec3{-0.17 * r, 0.34 * r, 0.34 * r}, step, 0, kRow, row.data());
+      benchmark::DoNotOptimize(row.data());
+    }
+  state.counters["points_per_second"] =
+      benchmark::Counter(kRow * kRows, benchmark::Counter::kIsIterationInvariantRate);
+}
+
 } // namespace
 
 void registerRenderBenchmarks() {
@@ -63,6 +80,8 @@ void registerRenderBenchmarks() {
   calls(benchmark::RegisterBenchmark("oblique_slice", obliqueSlice), 51);
   calls(benchmark::RegisterBenchmark("whole_volume", wholeVolume), 9);
   calls(benchmark::RegisterBenchmark("points", points)->ArgName("points")->Arg(1)->Arg(100000), 9);
+  for (const ResidualKernels& set : residualKernelSets())
+    steady(benchmark::RegisterBenchmark(("residual_rows/" + set.name).c_str(), residualRows, set));
 }
 
 } // namespace innergs::bench

@@ -24,9 +24,9 @@ public:
     const auto* row = find(name);
     return row ? row->at("real_time").get<double>() : NAN;
   }
-  double rate(const std::string& name) const {
+  double rate(const std::string& name, const char* counter = "pairs_per_second") const {
     const auto* row = find(name);
-    return row ? row->at("pairs_per_second").get<double>() : NAN;
+    return row ? row->at(counter).get<double>() : NAN;
   }
   /// Instruction sets in the order they ran: best first.
   std::vector<std::string> instructionSets() const {
@@ -52,7 +52,8 @@ void addKernels(MarkdownTable& table, const Medians& medians, const std::string&
   const double scalarForward = medians.rate("forward/scalar"),
                scalarBackward = medians.rate("backward/scalar");
   for (const auto& set : sets) {
-    const double forward = medians.rate("forward/" + set), backward = medians.rate("backward/" + set);
+    const double forward = medians.rate("forward/" + set), backward = medians.rate("backward/" + set),
+                 residual = medians.rate("residual_rows/" + set, "points_per_second");
     const bool best = &set == &sets.front();
     const auto row = [&](const std::string& what, double rate, double scalar) {
       table.add({what + ", " + set, field + ", 1 core", rateAndRatio(rate, scalar), best ? "≥ 700 M/s" : "",
@@ -62,6 +63,8 @@ void addKernels(MarkdownTable& table, const Medians& medians, const std::string&
     row("voxel evaluations, backward", backward, scalarBackward);
     row("voxel evaluations, both", 2 / (1 / forward + 1 / backward),
         2 / (1 / scalarForward + 1 / scalarBackward));
+    table.add({"residual grid along oblique rows, points, " + set, field + ", 1 core",
+               rateAndRatio(residual, medians.rate("residual_rows/scalar", "points_per_second"))});
   }
 }
 

@@ -14,13 +14,14 @@ namespace innergs {
 class FieldValue {
 public:
   struct Options {
-    bool ownChannel = true;   // false: renders a per-Gaussian value other than the intensity
-    bool scannerUnits = true; // false: I itself
-    bool bounded = true;      // false: as the fit sees it, ignoring the support and the range
+    bool ownChannel = true;          // false: renders a per-Gaussian value other than the intensity
+    bool scannerUnits = true;        // false: I itself
+    bool bounded = true;             // false: as the fit sees it, ignoring the support and the range
+    std::string instructionSet = {}; // of the residual grid along rows; empty: the best
   };
 
   FieldValue(const GaussianField& field, const Affine3& indexToWorld, const Options& options)
-      : ownChannel_(options.ownChannel), residual_(field, indexToWorld),
+      : ownChannel_(options.ownChannel), residual_(field, indexToWorld, options.instructionSet),
         box_(options.bounded ? field.region() : field.domain, indexToWorld) {
     const bool units = options.scannerUnits && ownChannel_;
     if (units) {
@@ -70,17 +71,21 @@ public:
     return std::clamp(static_cast<float>(scale_ * value + offset_), low_, high_);
   }
 
-  /// A row of a grid; calls blended(x) only where the field has a value.
+  /// A row of a grid; calls blended(x) only inside the domain.
   template <class Blended>
   void row(double y, double z, int width, float* out, Blended&& blended) const {
     int begin = 0, end = width;
     box_.clipRow(y, z, begin, end);
     std::fill(out, out + begin, outside_);
     std::fill(out + end, out + width, outside_);
-    for (int x = begin; x < end; ++x) {
-      const Vec3 index{static_cast<double>(x), y, z};
-      out[x] = supported(index) ? (*this)(blended(x), index) : outside_;
-    }
+    for (int x = begin; x < end; ++x)
+      out[x] = blended(x);
+    if (ownChannel_) residual_.add(y, z, begin, end, out);
+    for (int x = begin; x < end; ++x)
+      out[x] = final(out[x]);
+    if (!support_) return;
+    for (int x = begin; x < end; ++x)
+      if (!supported({static_cast<double>(x), y, z})) out[x] = outside_;
   }
 
 private:

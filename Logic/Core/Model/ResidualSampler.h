@@ -1,22 +1,26 @@
 #pragma once
 #include "Core/Model/GaussianField.h"
+#include "Core/Model/ResidualKernels.h"
 
 namespace innergs {
 
-/// A field's residual grid at continuous indices of another grid; 0 outside it. Between the voxels it is
-/// interpolated by cubic convolution (Keys, IEEE Trans. ASSP 29, 1981, eq. 4 with a = −3/4).
+/// A field's residual grid at continuous indices of another grid; 0 outside it.
 class ResidualSampler {
 public:
-  ResidualSampler(const GaussianField& field, const Affine3& indexToWorld) : residual_(field.residual) {
-    if (!residual_.voxels.empty()) map_ = inverse(residual_.geometry.indexToWorld()) * indexToWorld;
+  /// instructionSet: empty for the best. Throws Error(InvalidArgument) for one that this processor lacks.
+  ResidualSampler(const GaussianField& field, const Affine3& indexToWorld,
+                  const std::string& instructionSet = {});
+
+  float operator()(const Vec3& index) const {
+    return residual_.voxels.empty() ? 0 : residualAt(residual_, map_(index));
   }
 
-  float operator()(const Vec3& index) const { return residual_.voxels.empty() ? 0 : sample(map_(index)); }
+  /// row[x] += (*this)({x, y, z}) for x in [begin, end).
+  void add(double y, double z, int begin, int end, float* row) const;
 
 private:
-  float sample(const Vec3& index) const; // of the grid
-
   const Volume& residual_;
+  const ResidualKernels& kernels_;
   Affine3 map_;
 };
 

@@ -1,4 +1,3 @@
-#include "Core/Base/Error.h"
 #include "Core/Base/InstructionSets.h"
 #include "Core/Prediction/NetworkKernels.h"
 
@@ -39,10 +38,9 @@ HWY_EXPORT(simdNetworkKernels);
 namespace {
 
 std::vector<NetworkKernels> findNetworkKernels() {
-  std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
-  std::erase_if(targets, [](std::int64_t t) { return t == HWY_SCALAR || t == HWY_EMU128; }); // the reference
   std::vector<NetworkKernels> found;
-  forEachInstructionSet(targets, [&] { found.push_back(HWY_DYNAMIC_DISPATCH(simdNetworkKernels)()); });
+  forEachInstructionSet(hwy::SupportedAndGeneratedTargets(),
+                        [&] { found.push_back(HWY_DYNAMIC_DISPATCH(simdNetworkKernels)()); });
   found.push_back(scalarNetworkKernels());
   return found;
 }
@@ -55,12 +53,7 @@ const std::vector<NetworkKernels>& networkKernelSets() {
 }
 
 const NetworkKernels& networkKernels(const std::string& name) {
-  const auto& sets = networkKernelSets();
-  if (name.empty()) return sets.front();
-  for (const auto& set : sets)
-    if (set.name == name) return set;
-  throw Error(ErrorCode::InvalidArgument,
-              "Instruction set '" + name + "' is not available on this processor: choose another.");
+  return kernelsOf(networkKernelSets(), name);
 }
 
 } // namespace innergs

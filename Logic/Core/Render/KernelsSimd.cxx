@@ -1,4 +1,3 @@
-#include "Core/Base/Error.h"
 #include "Core/Base/InstructionSets.h"
 #include "Core/Render/KernelsScalar.h"
 
@@ -38,10 +37,9 @@ HWY_EXPORT(kernels);
 namespace {
 
 std::vector<KernelSet> find(Selection selection) {
-  std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
-  std::erase_if(targets, [](std::int64_t t) { return t == HWY_SCALAR || t == HWY_EMU128; }); // the reference
   std::vector<KernelSet> found;
-  forEachInstructionSet(targets, [&] { found.push_back(HWY_DYNAMIC_DISPATCH(kernels)(selection)); });
+  forEachInstructionSet(hwy::SupportedAndGeneratedTargets(),
+                        [&] { found.push_back(HWY_DYNAMIC_DISPATCH(kernels)(selection)); });
   found.push_back(scalarKernels(selection));
   return found;
 }
@@ -55,16 +53,7 @@ const std::vector<KernelSet>& kernelSets(Selection selection) {
 }
 
 const KernelSet& kernelSet(const std::string& name, Selection selection) {
-  const auto& sets = kernelSets(selection);
-  if (name.empty()) return sets.front();
-  std::string known;
-  for (const auto& set : sets) {
-    if (set.name == name) return set;
-    known += (known.empty() ? "" : ", ") + set.name;
-  }
-  throw Error(ErrorCode::InvalidArgument, "Instruction set '" + name +
-                                              "' is not available on this processor; choose one of " + known +
-                                              ".");
+  return kernelsOf(kernelSets(selection), name);
 }
 
 } // namespace innergs

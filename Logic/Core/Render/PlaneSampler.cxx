@@ -123,7 +123,7 @@ void PlaneSampler::sample(const Affine3& pixelToWorld, int nx, int ny, std::span
     GridRenderer renderer(grid, kernelSet(instructionSet_), pool_);
     renderer.forward(near_, {}, weights_.data(), numerators_.data());
   }
-  const FieldValue value(*field_, world, {});
+  const FieldValue value(*field_, world, {.instructionSet = instructionSet_});
   const bool normalised = field_->blending == Blending::Normalised;
   const auto epsilon = static_cast<float>(field_->epsilon);
   pool_.blocks(ny, 16, [&](std::int64_t first, std::int64_t last) {

@@ -14,8 +14,6 @@
 namespace innergs {
 namespace {
 
-constexpr std::size_t kChunk = std::size_t{1} << 23; // samples rendered at once: bounds the scratch memory
-
 void checkValues(const GaussianField& field, const RenderOptions& options) {
   if (!options.values.empty() && static_cast<std::int64_t>(options.values.size()) != field.size())
     throw Error(ErrorCode::InvalidArgument,
@@ -24,7 +22,7 @@ void checkValues(const GaussianField& field, const RenderOptions& options) {
 }
 
 FieldValue::Options valueOptions(const RenderOptions& options) {
-  return {options.values.empty(), options.scannerUnits, options.bounded};
+  return {options.values.empty(), options.scannerUnits, options.bounded, options.instructionSet};
 }
 
 /// Renders I at the points of a grid, [plane][ny][nx], on the device of the options. Returns false if
@@ -54,6 +52,12 @@ void composeRendered(const Observation& o, int slice, const float* image, float*
   }
 }
 
+/// How many samples to render at once. Every chunk projects all Gaussians; larger ones touch more fresh
+/// memory.
+std::size_t chunkOf(const GaussianField& field) {
+  return std::clamp<std::size_t>(32 * field.gaussians.size(), std::size_t{1} << 21, std::size_t{1} << 23);
+}
+
 /// render() for one checked grid.
 Volume renderGrid(const GaussianField& field, const GridGeometry& geometry, RenderOptions& options) {
   ThreadPool pool(options.threads);
@@ -65,8 +69,8 @@ Volume renderGrid(const GaussianField& field, const GridGeometry& geometry, Rend
   Volume volume{geometry, {}};
   volume.voxels.resize(geometry.voxelCount());
   SampleGrid grid = sampleGridOf(geometry, field.modelToWorld, 0, 0);
-  const int chunk = static_cast<int>(
-      std::clamp<std::int64_t>(kChunk / std::max<std::size_t>(1, grid.planeSize()), 1, geometry.size[2]));
+  const int chunk = static_cast<int>(std::clamp<std::int64_t>(
+      chunkOf(field) / std::max<std::size_t>(1, grid.planeSize()), 1, geometry.size[2]));
   std::vector<float> weights, numerators;
   for (std::int64_t first = 0; first < geometry.size[2]; first += chunk) {
     const std::int64_t last = std::min(geometry.size[2], first + chunk);
