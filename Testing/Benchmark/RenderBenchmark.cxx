@@ -2,7 +2,7 @@
 #include "Scene.h"
 
 #include "Core/Base/Random.h"
-#include "Core/Model/ResidualKernels.h"
+#include "Core/Image/CubicConvolution.h"
 #include "Core/Render/Render.h"
 #include "Core/Render/RenderPoints.h"
 
@@ -51,7 +51,7 @@ void points(benchmark::State& state) {
 }
 
 /// Oblique rows of half a voxel's step through the residual grid; one thread.
-void residualRows(benchmark::State& state, const ResidualKernels& kernels) {
+void cubicRows(benchmark::State& state, const CubicConvolution& kernels) {
   constexpr int kRow = 512, kRows = 64;
   const Volume& residual = scene().field.residual;
   const Vec3 step{1. / 3, 1. / 3, -1. / 6};
@@ -80,8 +80,8 @@ void registerRenderBenchmarks() {
   calls(benchmark::RegisterBenchmark("oblique_slice", obliqueSlice), 51);
   calls(benchmark::RegisterBenchmark("whole_volume", wholeVolume), 9);
   calls(benchmark::RegisterBenchmark("points", points)->ArgName("points")->Arg(1)->Arg(100000), 9);
-  for (const ResidualKernels& set : residualKernelSets())
-    steady(benchmark::RegisterBenchmark(("residual_rows/" + set.name).c_str(), residualRows, set));
+  for (const CubicConvolution& set : cubicConvolutions())
+    steady(benchmark::RegisterBenchmark(("cubic_convolution/" + set.name).c_str(), cubicRows, set));
 }
 
 } // namespace innergs::bench

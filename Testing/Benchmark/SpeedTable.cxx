@@ -53,7 +53,7 @@ void addKernels(MarkdownTable& table, const Medians& medians, const std::string&
                scalarBackward = medians.rate("backward/scalar");
   for (const auto& set : sets) {
     const double forward = medians.rate("forward/" + set), backward = medians.rate("backward/" + set),
-                 residual = medians.rate("residual_rows/" + set, "points_per_second");
+                 cubic = medians.rate("cubic_convolution/" + set, "points_per_second");
     const bool best = &set == &sets.front();
     const auto row = [&](const std::string& what, double rate, double scalar) {
       table.add({what + ", " + set, field + ", 1 core", rateAndRatio(rate, scalar), best ? "≥ 700 M/s" : "",
@@ -63,8 +63,8 @@ void addKernels(MarkdownTable& table, const Medians& medians, const std::string&
     row("voxel evaluations, backward", backward, scalarBackward);
     row("voxel evaluations, both", 2 / (1 / forward + 1 / backward),
         2 / (1 / scalarForward + 1 / scalarBackward));
-    table.add({"residual grid along oblique rows, points, " + set, field + ", 1 core",
-               rateAndRatio(residual, medians.rate("residual_rows/scalar", "points_per_second"))});
+    table.add({"cubic convolution along oblique rows, points, " + set, field + ", 1 core",
+               rateAndRatio(cubic, medians.rate("cubic_convolution/scalar", "points_per_second"))});
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include "Core/Acquisition/Observation.h"
 #include "Core/Image/AlignedSampler.h"
+#include "Core/Image/CubicConvolution.h"
 #include "Core/Image/WienerFilter.h"
 
 #include <algorithm>
@@ -166,31 +167,36 @@ std::vector<float> projectToStack(const Volume& volume, const Stack& stack, Thre
   if (stack.poses.empty())
     if (auto aligned = projectAligned(volume, stack, planes, pool)) return std::move(*aligned);
   std::vector<float> out(static_cast<std::size_t>(g.voxelCount()));
+  const CubicConvolution& cubic = cubicConvolutions().front();
   pool.run(g.size[1] * g.size[2], [&](std::int64_t row) {
     const std::int64_t j = row % g.size[1], k = row / g.size[1];
     const Affine3 pose = stack.poses.empty() ? Affine3{} : stack.poses[k];
     const Affine3 stackToVolume = toVolume * pose * g.indexToWorld();
     const Vec3 normal = (toVolume.linear * pose.linear) * column(g.direction, 2); // voxels per mm
-    for (std::int64_t i = 0; i < g.size[0]; ++i) {
-      const auto v = static_cast<std::size_t>(row * g.size[0] + i);
-      out[v] = std::numeric_limits<float>::quiet_NaN();
-      if (!stack.observed.empty() && !stack.observed[v]) continue;
-      const Vec3 centre =
-          stackToVolume({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
-      double sum = 0, weights = 0;
-      for (std::size_t p = 0; p < planes.offset.size(); ++p) {
-        Vec3 x = centre + planes.offset[p] * normal;
+    const Vec3 first = stackToVolume({0, static_cast<double>(j), static_cast<double>(k)}),
+               step = column(stackToVolume.linear, 0);
+    const auto width = static_cast<int>(g.size[0]);
+    std::vector<double> sums(static_cast<std::size_t>(width), 0.0), weights = sums;
+    std::vector<float> values(static_cast<std::size_t>(width));
+    for (std::size_t p = 0; p < planes.offset.size(); ++p) {
+      const Vec3 start = first + planes.offset[p] * normal;
+      std::fill(values.begin(), values.end(), 0.F);
+      cubic.add(volume, start, step, 0, width, values.data());
+      for (int i = 0; i < width; ++i) {
+        const Vec3 x = start + static_cast<double>(i) * step;
         bool inside = true;
-        for (int axis = 0; axis < 3; ++axis) {
-          inside = inside && x[axis] >= -0.5 - 1e-6 && x[axis] <= static_cast<double>(n[axis]) - 0.5 + 1e-6;
-          const double nearest = std::round(x[axis]); // removes rounding of the index maps
-          if (std::abs(x[axis] - nearest) < 1e-6) x[axis] = nearest;
-        }
+        for (int a = 0; a < 3; ++a)
+          inside = inside && x[a] >= -0.5 - kIndexRounding &&
+                   x[a] <= static_cast<double>(n[a]) - 0.5 + kIndexRounding;
         if (!inside) continue;
-        sum += planes.weight[p] * sampleLinear(volume, x);
-        weights += planes.weight[p];
+        sums[i] += planes.weight[p] * values[i];
+        weights[i] += planes.weight[p];
       }
-      if (weights > 0) out[v] = static_cast<float>(sum / weights);
+    }
+    for (int i = 0; i < width; ++i) {
+      const auto v = static_cast<std::size_t>(row * width + i);
+      const bool seen = weights[i] > 0 && (stack.observed.empty() || stack.observed[v]);
+      out[v] = seen ? static_cast<float>(sums[i] / weights[i]) : std::numeric_limits<float>::quiet_NaN();
     }
   });
   return out;

@@ -24,7 +24,7 @@ bool areWhole(const Vec3& v, double tolerance, Index& whole) {
 
 ResidualSampler::ResidualSampler(const GaussianField& field, const Affine3& indexToWorld,
                                  const std::string& instructionSet)
-    : residual_(field.residual), kernels_(kernelsOf(residualKernelSets(), instructionSet)) {
+    : residual_(field.residual), kernels_(kernelsOf(cubicConvolutions(), instructionSet)) {
   if (!residual_.voxels.empty()) map_ = inverse(residual_.geometry.indexToWorld()) * indexToWorld;
 }
 

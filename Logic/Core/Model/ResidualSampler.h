@@ -1,6 +1,6 @@
 #pragma once
+#include "Core/Image/CubicConvolution.h"
 #include "Core/Model/GaussianField.h"
-#include "Core/Model/ResidualKernels.h"
 
 namespace innergs {
 
@@ -12,7 +12,7 @@ public:
                   const std::string& instructionSet = {});
 
   float operator()(const Vec3& index) const {
-    return residual_.voxels.empty() ? 0 : residualAt(residual_, map_(index));
+    return residual_.voxels.empty() ? 0 : cubicAt(residual_, map_(index));
   }
 
   /// row[x] += (*this)({x, y, z}) for x in [begin, end).
@@ -20,7 +20,7 @@ public:
 
 private:
   const Volume& residual_;
-  const ResidualKernels& kernels_;
+  const CubicConvolution& kernels_;
   Affine3 map_;
 };
 

@@ -1,4 +1,4 @@
-#include "Core/Model/ResidualKernelsScalar.h"
+#include "Core/Image/CubicConvolutionScalar.h"
 
 #include <algorithm>
 
@@ -31,15 +31,15 @@ float convolved(const float* first, std::int64_t line, std::int64_t plane, const
          weights[3][0] * columns[3];
 }
 
-void addRow(const Volume& residual, const Vec3& start, const Vec3& step, int begin, int end, float* row) {
+void addRow(const Volume& volume, const Vec3& start, const Vec3& step, int begin, int end, float* row) {
   for (int i = begin; i < end; ++i)
-    row[i] += residualAt(residual, start + static_cast<double>(i) * step);
+    row[i] += cubicAt(volume, start + static_cast<double>(i) * step);
 }
 
 } // namespace
 
-float residualAt(const Volume& residual, const Vec3& x) {
-  const auto& n = residual.geometry.size;
+float cubicAt(const Volume& volume, const Vec3& x) {
+  const auto& n = volume.geometry.size;
   std::int64_t low[3];
   float fraction[4] = {0, 0, 0, 0};
   bool onVoxel = true, inner = true;
@@ -54,7 +54,7 @@ float residualAt(const Volume& residual, const Vec3& x) {
     fraction[a] = static_cast<float>(std::max(0.0, above));
   }
   const std::int64_t line = n[0], plane = n[0] * n[1];
-  const float* nearest = residual.voxels.data() + low[0] + line * low[1] + plane * low[2];
+  const float* nearest = volume.voxels.data() + low[0] + line * low[1] + plane * low[2];
   if (onVoxel) return *nearest;
   if (inner) return convolved(nearest - 1 - line - plane, line, plane, fraction);
   float block[64]; // the voxels around, edge voxels repeated
@@ -62,12 +62,12 @@ float residualAt(const Volume& residual, const Vec3& x) {
     const auto voxel = [&](int a, int step) {
       return std::clamp<std::int64_t>(low[a] + step - 1, 0, n[a] - 1);
     };
-    block[t] = residual.voxels[voxel(0, t % 4) + line * voxel(1, t / 4 % 4) + plane * voxel(2, t / 16)];
+    block[t] = volume.voxels[voxel(0, t % 4) + line * voxel(1, t / 4 % 4) + plane * voxel(2, t / 16)];
   }
   return convolved(block, 4, 16, fraction);
 }
 
-ResidualKernels scalarResidualKernels() {
+CubicConvolution scalarCubicConvolution() {
   return {"scalar", addRow};
 }
 

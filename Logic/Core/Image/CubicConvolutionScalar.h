@@ -1,9 +1,9 @@
 #pragma once
-#include "Core/Model/ResidualKernels.h"
+#include "Core/Image/CubicConvolution.h"
 
 namespace innergs {
 
 /// The plain reference of the SIMD ones.
-ResidualKernels scalarResidualKernels();
+CubicConvolution scalarCubicConvolution();
 
 } // namespace innergs

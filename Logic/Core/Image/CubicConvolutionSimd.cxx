@@ -1,8 +1,8 @@
 #include "Core/Base/InstructionSets.h"
-#include "Core/Model/ResidualKernelsScalar.h"
+#include "Core/Image/CubicConvolutionScalar.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "Core/Model/ResidualKernelsSimd.cxx"
+#define HWY_TARGET_INCLUDE "Core/Image/CubicConvolutionSimd.cxx"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -14,6 +14,8 @@ namespace innergs::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 #if HWY_TARGET != HWY_SCALAR // it has no vectors of four floats
+
+namespace {
 
 constexpr int kPoints = 64; // at a time; a multiple of all numbers of lanes
 
@@ -27,8 +29,7 @@ struct Points {
   alignas(64) float weights[3][kPoints][4]; // of the voxels −1, 0, 1 and 2
 };
 
-void locate(const Volume& residual, const Vec3& start, const Vec3& step, int first, int count,
-            Points& points) {
+void locate(const Volume& volume, const Vec3& start, const Vec3& step, int first, int count, Points& points) {
   const hn::CappedTag<double, kPoints> d;
   const hn::Rebind<float, decltype(d)> f32;
   const hn::Rebind<std::int32_t, decltype(d)> i32;
@@ -38,7 +39,7 @@ void locate(const Volume& residual, const Vec3& start, const Vec3& step, int fir
     const auto i = hn::Iota(d, static_cast<double>(first + t));
     auto place = hn::Set(d, static_cast<double>(kInner));
     for (int a = 0; a < 3; ++a) {
-      const auto last = hn::Set(d, static_cast<double>(residual.geometry.size[a] - 1));
+      const auto last = hn::Set(d, static_cast<double>(volume.geometry.size[a] - 1));
       const auto x = hn::MulAdd(i, hn::Set(d, step[a]), hn::Set(d, start[a]));
       const auto inside = hn::And(hn::Ge(x, hn::Neg(half)), hn::Le(x, hn::Add(last, half)));
       const auto at = hn::Min(hn::Max(hn::IfThenElseZero(inside, x), hn::Zero(d)), last);
@@ -84,9 +85,9 @@ HWY_INLINE hn::Vec<D> columns(D d, const float* first, const std::int64_t* ys, c
 
 /// columns() where edge voxels repeat. Along x, where four voxels are read at once, the weights move instead.
 template <class D>
-HWY_NOINLINE hn::Vec<D> columnsAtEdge(D d, const Volume& residual, const std::int32_t* low, float* x,
+HWY_NOINLINE hn::Vec<D> columnsAtEdge(D d, const Volume& volume, const std::int32_t* low, float* x,
                                       const float* y, const float* z) {
-  const auto& n = residual.geometry.size;
+  const auto& n = volume.geometry.size;
   const std::int64_t first = std::clamp<std::int64_t>(low[0] - 1, 0, n[0] - 4);
   std::int64_t ys[4], zs[4];
   float moved[4] = {0, 0, 0, 0};
@@ -96,20 +97,20 @@ HWY_NOINLINE hn::Vec<D> columnsAtEdge(D d, const Volume& residual, const std::in
     zs[i] = n[0] * n[1] * std::clamp<std::int64_t>(low[2] - 1 + i, 0, n[2] - 1);
   }
   std::copy_n(moved, 4, x);
-  return columns(d, residual.voxels.data() + first, ys, zs, y, z);
+  return columns(d, volume.voxels.data() + first, ys, zs, y, z);
 }
 
-void add(const Volume& residual, const Vec3& start, const Vec3& step, int begin, int end, float* row) {
+void add(const Volume& volume, const Vec3& start, const Vec3& step, int begin, int end, float* row) {
   const hn::FixedTag<float, 4> d;
-  const auto& n = residual.geometry.size;
-  if (n[0] < 4) return scalarResidualKernels().add(residual, start, step, begin, end, row);
+  const auto& n = volume.geometry.size;
+  if (n[0] < 4) return scalarCubicConvolution().add(volume, start, step, begin, end, row);
   const std::int64_t line = n[0], plane = n[0] * n[1];
   const std::int64_t ys[4] = {0, line, 2 * line, 3 * line}, zs[4] = {0, plane, 2 * plane, 3 * plane};
-  const float* corner = residual.voxels.data() - 1 - line - plane;
+  const float* corner = volume.voxels.data() - 1 - line - plane;
   Points points;
   for (int first = begin; first < end; first += kPoints) {
     const int count = std::min(kPoints, end - first);
-    locate(residual, start, step, first, count, points);
+    locate(volume, start, step, first, count, points);
     weigh(count, points);
     for (int t = 0; t < count; ++t) {
       float* x = points.weights[0][t];
@@ -119,7 +120,7 @@ void add(const Volume& residual, const Vec3& start, const Vec3& step, int begin,
       if (points.place[t] == kInner)
         sums = columns(d, corner + (low[0] + line * low[1] + plane * low[2]), ys, zs, y, z);
       else if (points.place[t] == kEdge)
-        sums = columnsAtEdge(d, residual, low, x, y, z);
+        sums = columnsAtEdge(d, volume, low, x, y, z);
       hn::Store(hn::Mul(sums, hn::Load(d, x)), d, x);
     }
     for (int t = 0; t < count; ++t) {
@@ -129,14 +130,16 @@ void add(const Volume& residual, const Vec3& start, const Vec3& step, int begin,
   }
 }
 
-ResidualKernels simdResidualKernels() {
+} // namespace
+
+CubicConvolution simdCubicConvolution() {
   return {hwy::TargetName(HWY_TARGET), add};
 }
 
 #else
 
-ResidualKernels simdResidualKernels() {
-  return scalarResidualKernels();
+CubicConvolution simdCubicConvolution() {
+  return scalarCubicConvolution();
 }
 
 #endif
@@ -146,14 +149,14 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace innergs {
-HWY_EXPORT(simdResidualKernels);
+HWY_EXPORT(simdCubicConvolution);
 
-const std::vector<ResidualKernels>& residualKernelSets() {
-  static const std::vector<ResidualKernels> sets = [] {
-    std::vector<ResidualKernels> found;
+const std::vector<CubicConvolution>& cubicConvolutions() {
+  static const std::vector<CubicConvolution> sets = [] {
+    std::vector<CubicConvolution> found;
     forEachInstructionSet(hwy::SupportedAndGeneratedTargets(),
-                          [&] { found.push_back(HWY_DYNAMIC_DISPATCH(simdResidualKernels)()); });
-    found.push_back(scalarResidualKernels());
+                          [&] { found.push_back(HWY_DYNAMIC_DISPATCH(simdCubicConvolution)()); });
+    found.push_back(scalarCubicConvolution());
     return found;
   }();
   return sets;
