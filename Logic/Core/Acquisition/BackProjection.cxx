@@ -122,7 +122,7 @@ private:
   std::vector<std::size_t> near_;
 };
 
-/// projectToStack() onto slices that lie along the volume's axes; nothing for others.
+/// projectToStack() onto slices whose sub-planes are voxels of the volume; nothing for others.
 std::optional<std::vector<float>> projectAligned(const Volume& volume, const Stack& stack,
                                                  const ProfileQuadrature& planes, ThreadPool& pool) {
   const GridGeometry& g = stack.image.geometry;
@@ -133,7 +133,7 @@ std::optional<std::vector<float>> projectAligned(const Volume& volume, const Sta
   for (const double offset : planes.offset) {
     auto sampler =
         AlignedSampler::between(g.size, {map.linear, map.offset + offset * normal}, volume.geometry);
-    if (!sampler) return {};
+    if (!sampler || !sampler->onVoxels()) return {};
     samplers.push_back(std::move(*sampler));
   }
   std::vector<float> out(static_cast<std::size_t>(g.voxelCount()));

@@ -8,8 +8,8 @@
 namespace innergs {
 
 /// The volume as the stack's scanner would see it: integrated over the slice profile along the stack's
-/// normal, at the stack's voxels; by cubic convolution, but linearly onto a stack parallel to its grid. NaN
-/// where the profile lies entirely outside the volume and where the stack is not observed.
+/// normal, at the stack's voxels, by cubic convolution. NaN where the profile lies entirely outside the
+/// volume and where the stack is not observed.
 std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool);
 
 /// Weights of neighbouring slices, from −n to n, with which differences are spread over them before they are

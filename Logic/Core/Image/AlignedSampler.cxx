@@ -53,4 +53,10 @@ std::optional<AlignedSampler> AlignedSampler::between(const std::array<std::int6
   return sampler;
 }
 
+bool AlignedSampler::onVoxels() const {
+  return std::all_of(along_.begin(), along_.end(), [](const std::vector<Position>& points) {
+    return std::all_of(points.begin(), points.end(), [](const Position& p) { return p.fraction == 0; });
+  });
+}
+
 } // namespace innergs

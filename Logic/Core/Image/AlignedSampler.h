@@ -14,6 +14,9 @@ public:
   static std::optional<AlignedSampler> between(const std::array<std::int64_t, 3>& points, const Affine3& map,
                                                const GridGeometry& grid);
 
+  /// Whether all points inside are voxel centres.
+  bool onVoxels() const;
+
   /// Calls use(i, value) for the points (i, j, k) of a row that lie inside the grid's box of voxel edges.
   /// `voxels`: in the grid's memory order.
   template <class Use>

@@ -65,6 +65,20 @@ TEST(AlignedSampler, AgreesWithSampleInside) {
   }
 }
 
+TEST(AlignedSampler, TellsVoxelsFromPointsBetweenThem) {
+  const GridGeometry volume = grid(9, 8, 7, {1, 1.5, 2}, {3, 2, 1}, obliqueDirection(0.5));
+  const auto onVoxels = [&](const Vec3& step, const Vec3& origin) {
+    const GridGeometry points = pointsOver(volume, {2, 0, 1}, step, origin);
+    return AlignedSampler::between(points.size, inverse(volume.indexToWorld()) * points.indexToWorld(),
+                                   volume)
+        ->onVoxels();
+  };
+  EXPECT_TRUE(onVoxels({1, 1, 1}, {0, 0, 0}));
+  EXPECT_TRUE(onVoxels({-1, 2, 1}, {-3, 2, 6}));
+  EXPECT_FALSE(onVoxels({1, 1, 1}, {0, 0.4, 0}));
+  EXPECT_FALSE(onVoxels({1, 0.5, 1}, {0, 0, 0}));
+}
+
 TEST(AlignedSampler, LeavesOtherGridsAlone) {
   const GridGeometry volume = grid(6, 8, 7),
                      turned = grid(6, 8, 7, {1, 1, 1}, {0, 0, 0}, obliqueDirection(0.01));

@@ -245,13 +245,40 @@ TEST(RenderingOfAStack, FollowsThePosesOfItsSlices) {
     ASSERT_NEAR(rendered.voxels[v], expected[v], 1e-5);
 }
 
+TEST(RenderingOfDetail, StacksShowWhatPointsDo) {
+  GaussianField field = fieldOn(obliqueGrid(), Blending::Normalised, true);
+  field.residual = randomVolume(obliqueGrid(), -0.3, 0.3, 5);
+  const auto between = [](const Vec3& shift) { // voxels of the grid
+    GridGeometry g = obliqueGrid();
+    g.origin = g.indexToWorld()(shift);
+    return g;
+  };
+  Stack onVoxels, shifted, posed;
+  onVoxels.image.geometry = obliqueGrid();
+  shifted.image.geometry = posed.image.geometry = between({0.4, -0.3, 0.5});
+  for (std::int64_t k = 0; k < posed.image.geometry.size[2]; ++k)
+    posed.poses.push_back({obliqueDirection(0.01 * k), Vec3{0.3, -0.2, 0.1 * k}});
+  for (Stack* stack : {&onVoxels, &shifted, &posed}) {
+    const GridGeometry& g = stack->image.geometry;
+    stack->image.voxels.assign(g.voxelCount(), 0.f);
+    stack->profile = SliceProfile::Point;
+    const Volume rendered = renderStack(field, *stack);
+    auto points = pointsOf(g);
+    for (std::size_t v = 0; v < points.size() && !stack->poses.empty(); ++v)
+      points[v] = stack->poses[v / (g.size[0] * g.size[1])](points[v]);
+    const auto expected = renderPoints(field, points);
+    for (std::size_t v = 0; v < points.size(); ++v)
+      ASSERT_NEAR(rendered.voxels[v], expected[v], 2e-5) << v;
+  }
+}
+
 TEST(RenderingOfDetail, AddsItInsideItsBoxThroughEveryPath) {
   GaussianField field = fieldOn(obliqueGrid(), Blending::Normalised, true);
   field.domain = obliqueGrid();
   const GaussianField plain = field;
-  field.residual =
-      randomVolume(grid(9, 8, 7, {1.5, 1.3, 1.4}, obliqueGrid().centre() - Vec3{5, 4, 5}, obliqueDirection(-0.2)),
-                   -0.3, 0.3, 4);
+  field.residual = randomVolume(
+      grid(9, 8, 7, {1.5, 1.3, 1.4}, obliqueGrid().centre() - Vec3{5, 4, 5}, obliqueDirection(-0.2)), -0.3,
+      0.3, 4);
   EXPECT_NO_THROW(checkField(field));
   const Volume with = render(field, obliqueGrid()), without = render(plain, obliqueGrid());
   const auto points = pointsOf(obliqueGrid());
