@@ -59,7 +59,7 @@ void cubicRows(benchmark::State& state, const CubicConvolution& kernels) {
   std::vector<float> row(kRow);
   for (auto _ : state)
     for (int r = 0; r < kRows; ++r) {
-      kernels.add(residual, start + Vec3{-0.17 * r, 0.34 * r, 0.34 * r}, step, 0, kRow, row.data());
+      kernels.add(residual, start + Vec3{-0.17 * r, 0.34 * r, 0.34 * r}, step, kKeys, 0, kRow, row.data());
       benchmark::DoNotOptimize(row.data());
     }
   state.counters["points_per_second"] =

@@ -159,7 +159,7 @@ std::optional<std::vector<float>> projectAligned(const Volume& volume, const Sta
 
 } // namespace
 
-std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool) {
+std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool, float keys) {
   const GridGeometry& g = stack.image.geometry;
   const auto& n = volume.geometry.size;
   const Affine3 toVolume = inverse(volume.geometry.indexToWorld());
@@ -181,7 +181,7 @@ std::vector<float> projectToStack(const Volume& volume, const Stack& stack, Thre
     for (std::size_t p = 0; p < planes.offset.size(); ++p) {
       const Vec3 start = first + planes.offset[p] * normal;
       std::fill(values.begin(), values.end(), 0.F);
-      cubic.add(volume, start, step, 0, width, values.data());
+      cubic.add(volume, start, step, keys, 0, width, values.data());
       for (int i = 0; i < width; ++i) {
         const Vec3 x = start + static_cast<double>(i) * step;
         bool inside = true;

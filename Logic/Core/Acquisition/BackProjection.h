@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Base/Parallel.h"
+#include "Core/Image/CubicConvolution.h"
 #include "Core/Image/Stack.h"
 
 #include <limits>
@@ -8,9 +9,10 @@
 namespace innergs {
 
 /// The volume as the stack's scanner would see it: integrated over the slice profile along the stack's
-/// normal, at the stack's voxels, by cubic convolution. NaN where the profile lies entirely outside the
-/// volume and where the stack is not observed.
-std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool);
+/// normal, at the stack's voxels, by cubic convolution with this parameter. NaN where the profile lies
+/// entirely outside the volume and where the stack is not observed.
+std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool,
+                                  float keys = kKeys);
 
 /// Weights of neighbouring slices, from −n to n, with which differences are spread over them before they are
 /// back-projected: {1}, but the slices' profile where thick boxes overlap so far that it inverts the finest

@@ -6,8 +6,7 @@ namespace innergs {
 namespace {
 
 /// Of the 4³ voxels from `first` on. Loops over four floats, which compilers turn into vectors.
-float convolved(const float* first, std::int64_t line, std::int64_t plane, const float* fraction) {
-  constexpr float a = kKeys;
+float convolved(const float* first, std::int64_t line, std::int64_t plane, const float* fraction, float a) {
   float weights[4][4]; // of the voxels −1, 0, 1 and 2 along each axis; those of one axis sum to 1
   for (int axis = 0; axis < 4; ++axis) {
     const float f = fraction[axis], g = 1 - f;
@@ -31,14 +30,15 @@ float convolved(const float* first, std::int64_t line, std::int64_t plane, const
          weights[3][0] * columns[3];
 }
 
-void addRow(const Volume& volume, const Vec3& start, const Vec3& step, int begin, int end, float* row) {
+void addRow(const Volume& volume, const Vec3& start, const Vec3& step, float a, int begin, int end,
+            float* row) {
   for (int i = begin; i < end; ++i)
-    row[i] += cubicAt(volume, start + static_cast<double>(i) * step);
+    row[i] += cubicAt(volume, start + static_cast<double>(i) * step, a);
 }
 
 } // namespace
 
-float cubicAt(const Volume& volume, const Vec3& x) {
+float cubicAt(const Volume& volume, const Vec3& x, float keys) {
   const auto& n = volume.geometry.size;
   std::int64_t low[3];
   float fraction[4] = {0, 0, 0, 0};
@@ -56,7 +56,7 @@ float cubicAt(const Volume& volume, const Vec3& x) {
   const std::int64_t line = n[0], plane = n[0] * n[1];
   const float* nearest = volume.voxels.data() + low[0] + line * low[1] + plane * low[2];
   if (onVoxel) return *nearest;
-  if (inner) return convolved(nearest - 1 - line - plane, line, plane, fraction);
+  if (inner) return convolved(nearest - 1 - line - plane, line, plane, fraction, keys);
   float block[64]; // the voxels around, edge voxels repeated
   for (int t = 0; t < 64; ++t) {
     const auto voxel = [&](int a, int step) {
@@ -64,7 +64,7 @@ float cubicAt(const Volume& volume, const Vec3& x) {
     };
     block[t] = volume.voxels[voxel(0, t % 4) + line * voxel(1, t / 4 % 4) + plane * voxel(2, t / 16)];
   }
-  return convolved(block, 4, 16, fraction);
+  return convolved(block, 4, 16, fraction, keys);
 }
 
 CubicConvolution scalarCubicConvolution() {

@@ -55,10 +55,10 @@ void locate(const Volume& volume, const Vec3& start, const Vec3& step, int first
   }
 }
 
-void weigh(int count, Points& points) {
+void weigh(int count, float keys, Points& points) {
   const hn::CappedTag<float, kPoints> d;
-  const auto one = hn::Set(d, 1.F), a = hn::Set(d, kKeys), a2 = hn::Set(d, kKeys + 2),
-             a3 = hn::Set(d, kKeys + 3);
+  const auto one = hn::Set(d, 1.F), a = hn::Set(d, keys), a2 = hn::Set(d, keys + 2),
+             a3 = hn::Set(d, keys + 3);
   const auto near = [&](auto f) HWY_ATTR { return hn::MulAdd(hn::Mul(hn::MulSub(a2, f, a3), f), f, one); };
   for (auto axis = 0; axis < 3; ++axis)
     for (int t = 0; t < count; t += static_cast<int>(hn::Lanes(d))) {
@@ -100,10 +100,11 @@ HWY_NOINLINE hn::Vec<D> columnsAtEdge(D d, const Volume& volume, const std::int3
   return columns(d, volume.voxels.data() + first, ys, zs, y, z);
 }
 
-void add(const Volume& volume, const Vec3& start, const Vec3& step, int begin, int end, float* row) {
+void add(const Volume& volume, const Vec3& start, const Vec3& step, float keys, int begin, int end,
+         float* row) {
   const hn::FixedTag<float, 4> d;
   const auto& n = volume.geometry.size;
-  if (n[0] < 4) return scalarCubicConvolution().add(volume, start, step, begin, end, row);
+  if (n[0] < 4) return scalarCubicConvolution().add(volume, start, step, keys, begin, end, row);
   const std::int64_t line = n[0], plane = n[0] * n[1];
   const std::int64_t ys[4] = {0, line, 2 * line, 3 * line}, zs[4] = {0, plane, 2 * plane, 3 * plane};
   const float* corner = volume.voxels.data() - 1 - line - plane;
@@ -111,7 +112,7 @@ void add(const Volume& volume, const Vec3& start, const Vec3& step, int begin, i
   for (int first = begin; first < end; first += kPoints) {
     const int count = std::min(kPoints, end - first);
     locate(volume, start, step, first, count, points);
-    weigh(count, points);
+    weigh(count, keys, points);
     for (int t = 0; t < count; ++t) {
       float* x = points.weights[0][t];
       const float *y = points.weights[1][t], *z = points.weights[2][t];

@@ -113,9 +113,11 @@ void ReconstructionJob::Impl::estimate(ReconstructionResult& result, const Volum
         simulatedFit(std::move(stacks), grid, result.volume.geometry, input, alike);
     FitPair fitted;
     ReconstructionRun whole(simulated, same, false, told);
+    whole.treatPosesAsFound();
     whole.setPredictionShare(result.predictionShare);
     fitted.whole = whole.run(stop, false).volume;
     ReconstructionRun without(simulated, same, true, parts.next(Phase::Estimating));
+    without.treatPosesAsFound();
     without.setPredictionShare(result.predictionShare);
     without.keepHeldOutValues();
     ReconstructionResult found = without.run(stop, false);
@@ -128,8 +130,8 @@ void ReconstructionJob::Impl::estimate(ReconstructionResult& result, const Volum
   try {
     ThreadPool pool(settings.threads);
     pool.setStop(stop);
-    result.uncertainty =
-        estimateUncertainty({result.volume, second, placed, seen, result.noise, fitPair}, pool);
+    result.uncertainty = estimateUncertainty(
+        {result.volume, second, placed, result.sliceMotion.moved, seen, result.noise, fitPair}, pool);
   } catch (...) {
     failure = failureOf();
   }

@@ -464,8 +464,8 @@ void ReconstructionRun::iterate(Trainer& trainer, int before) {
 void ReconstructionRun::addResidual() {
   GaussianField& field = model_.field;
   DataTraits traits = traits_;
-  traits.posed = std::any_of(input_.stacks.begin(), input_.stacks.end(),
-                             [](const Stack& s) { return !s.poses.empty(); }); // not those that were found
+  traits.posed = !posesFound_ && std::any_of(input_.stacks.begin(), input_.stacks.end(),
+                                             [](const Stack& s) { return !s.poses.empty(); });
   if (!predicted_ && !addsResidual(settings_, traits)) return;
   progress_.report(Phase::Refining, fromFit(predictsEach_ ? kEachFitEnds : kFitEnds));
   const RenderOptions options = renderOptions(field, pool_->stopToken());

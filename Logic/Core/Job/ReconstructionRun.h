@@ -32,6 +32,8 @@ public:
   /// Before run(): where each of several scans predicts, the predictions get this share instead of one chosen
   /// by simulation.
   void setPredictionShare(double share) { share_ = share; }
+  /// Before run(): slices with poses are fitted like those that were moved, not like tracked ones.
+  void treatPosesAsFound() { posesFound_ = true; }
   /// Before run(): also keeps the volume without these predictions, for takeUnmixed().
   void keepUnmixed() { keepsUnmixed_ = true; }
   Volume takeUnmixed() { return std::move(unmixed_); }
@@ -71,7 +73,7 @@ private:
   const ReconstructionInput& input_;
   Settings settings_, asked_;
   const bool heldOut_;
-  bool keepsValues_ = false, keepsUnmixed_ = false;
+  bool keepsValues_ = false, keepsUnmixed_ = false, posesFound_ = false;
   std::optional<double> share_; // of predictions from each scan
   Volume unmixed_;
   JobProgress progress_;

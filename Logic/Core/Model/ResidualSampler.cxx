@@ -33,7 +33,7 @@ void ResidualSampler::add(double y, double z, int begin, int end, float* row) co
   const Vec3 start = map_({0, y, z}), step = column(map_.linear, 0);
   Index first, stride;
   if (!areWhole(start, 0.5 * kIndexRounding, first) || !areWhole(step, 0.5 * kIndexRounding / end, stride)) {
-    kernels_.add(residual_, start, step, begin, end, row);
+    kernels_.add(residual_, start, step, kKeys, begin, end, row);
     return;
   }
   const auto& n = residual_.geometry.size;

@@ -157,9 +157,10 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
     blank.observed = supportedVoxels(value, blank);
   }
   std::vector<float> weights, numerators, slice;
-  const std::vector<float> residual = field.residual.voxels.empty() || !options.values.empty()
-                                          ? std::vector<float>{}
-                                          : projectToStack(field.residual, blank, pool);
+  const std::vector<float> residual =
+      field.residual.voxels.empty() || !options.values.empty()
+          ? std::vector<float>{}
+          : projectToStack(field.residual, blank, pool, ResidualSampler::kKeys);
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
   for (const Observation& o : observe(blank, field.modelToWorld, {}, closedForm)) {
     weights.resize(o.grid.bufferSize());

@@ -6,8 +6,8 @@
 #include "Core/Image/Simulate.h"
 #include "Core/Uncertainty/ErrorCurve.h"
 #include "Core/Uncertainty/LocalDetail.h"
-#include "Core/Uncertainty/SliceDistance.h"
 #include "Core/Uncertainty/SimulatedGrids.h"
+#include "Core/Uncertainty/SliceDistance.h"
 
 #include <algorithm>
 #include <cmath>
@@ -103,8 +103,8 @@ ErrorTransfer::Line lineThrough(const std::vector<Point>& points) {
 
 } // namespace
 
-ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks, double noise, double radius,
-                             const PairFitter& fit, ThreadPool& pool)
+ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks, bool moved, double noise,
+                             double radius, const PairFitter& fit, ThreadPool& pool)
     : noise_(noise) {
   const Vec3 middle = middleOf(localDetail(volume, radius, pool));
   const Cube cube(stacks, middle);
@@ -125,7 +125,7 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
   const SliceOperator op(grid, pool);
   std::vector<Stack> scans;
   std::vector<GridGeometry> boxes;
-  for (Stack& scan : simulatedGrids(stacks, grid)) {
+  for (Stack& scan : simulatedGrids(stacks, grid, moved)) {
     const auto& n = scan.image.geometry.size;
     if (n[2] < 3) continue;
     scan.image.voxels.assign(static_cast<std::size_t>(scan.image.geometry.voxelCount()), 0.f);

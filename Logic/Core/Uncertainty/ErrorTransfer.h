@@ -32,9 +32,10 @@ using PairFitter = std::function<FitPair(std::vector<Stack> stacks, const GridGe
 /// and changes of intensity, which do not shrink where slices are nearer.
 class ErrorTransfer {
 public:
-  /// stacks: as they lie in the volume; the motion of single slices is ignored. noise: standard deviation.
-  /// radius: mm, of localDetail(). Throws Error(NoData) where the cube shows too little, Error(Cancelled).
-  ErrorTransfer(const Volume& volume, std::span<const Stack> stacks, double noise, double radius,
+  /// stacks: as they lie in the volume. moved: their slices were moved, and the simulated ones lie where they
+  /// do; other poses are ignored. noise: standard deviation. radius: mm, of localDetail(). Throws
+  /// Error(NoData) where the cube shows too little, Error(Cancelled).
+  ErrorTransfer(const Volume& volume, std::span<const Stack> stacks, bool moved, double noise, double radius,
                 const PairFitter& fit, ThreadPool& pool);
 
   /// The volume's standard deviation where ErrorCurve gives `seen` for held-out slices at this local detail.

@@ -1,5 +1,7 @@
 #include "Core/Uncertainty/SimulatedGrids.h"
 
+#include "Core/Image/Region.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,9 +13,10 @@ constexpr std::int64_t kEdge = 96;  // voxels of the cube
 constexpr double kFewestSlices = 8; // of the thickest stack, in it
 constexpr double kRounding = 1e-6;  // of grid indices
 
-GridGeometry partIn(const GridGeometry& cube, const GridGeometry& g) {
+IndexBlock partIn(const GridGeometry& cube, const GridGeometry& g) {
   const Affine3 map = inverse(g.indexToWorld()) * cube.indexToWorld();
-  std::array<std::int64_t, 3> first, size;
+  IndexBlock part;
+  auto& [first, size] = part;
   for (int a = 0; a < 3; ++a) {
     double low = std::numeric_limits<double>::max(), high = std::numeric_limits<double>::lowest();
     for (int corner = 0; corner < 8; ++corner) {
@@ -27,7 +30,7 @@ GridGeometry partIn(const GridGeometry& cube, const GridGeometry& g) {
     size[a] = std::clamp<std::int64_t>(std::llround(std::floor(high + kRounding)), first[a], g.size[a] - 1) -
               first[a] + 1;
   }
-  return cropped(g, first, size);
+  return part;
 }
 
 } // namespace
@@ -56,11 +59,15 @@ GridGeometry simulationGrid(std::span<const Stack> stacks, const Vec3& middle) {
   return grid;
 }
 
-std::vector<Stack> simulatedGrids(std::span<const Stack> stacks, const GridGeometry& grid) {
+std::vector<Stack> simulatedGrids(std::span<const Stack> stacks, const GridGeometry& grid, bool posed) {
   std::vector<Stack> parts;
   for (const Stack& stack : stacks) {
     Stack& part = parts.emplace_back();
-    part.image.geometry = partIn(grid, stack.image.geometry);
+    const IndexBlock block = partIn(grid, stack.image.geometry);
+    part.image.geometry = cropped(stack.image.geometry, block.first, block.size);
+    if (posed && !stack.poses.empty())
+      part.poses.assign(stack.poses.begin() + block.first[2],
+                        stack.poses.begin() + block.first[2] + block.size[2]);
     part.thickness = stack.thickness;
     part.profile = stack.profile;
     part.name = stack.name;

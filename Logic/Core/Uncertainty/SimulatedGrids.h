@@ -12,7 +12,8 @@ double coarsestSlices(std::span<const Stack> stacks);
 /// axes.
 GridGeometry simulationGrid(std::span<const Stack> stacks, const Vec3& middle);
 
-/// The parts of the stacks inside `grid`, without voxels.
-std::vector<Stack> simulatedGrids(std::span<const Stack> stacks, const GridGeometry& grid);
+/// The parts of the stacks inside `grid`, without voxels. posed: with the poses of their slices.
+std::vector<Stack> simulatedGrids(std::span<const Stack> stacks, const GridGeometry& grid,
+                                  bool posed = false);
 
 } // namespace innergs

@@ -70,7 +70,7 @@ Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool)
                                        : std::numeric_limits<double>::quiet_NaN();
   const ErrorCurve curve(std::move(seen));
   const GridGeometry& grid = input.result.geometry;
-  const ErrorTransfer transfer(input.result, input.stacks, input.noise, radius, input.fit, pool);
+  const ErrorTransfer transfer(input.result, input.stacks, input.moved, input.noise, radius, input.fit, pool);
   result.deviation = localDetail(input.result, radius, pool);
   result.measured = measuredVoxels(grid, input.stacks, pool);
   const std::vector<float> near = sliceDistances(grid, input.stacks, pool);

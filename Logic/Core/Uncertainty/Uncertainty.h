@@ -19,6 +19,7 @@ struct UncertaintyInput {
   const Volume& result;          // fitted to all slices
   const Volume& second;          // fitted without the held-out ones, on any grid
   std::span<const Stack> stacks; // as they lie in the result
+  bool moved;                    // whether their slices were moved there
   std::span<const HeldOutValue> seen;
   double noise = 0;      // standard deviation of the stacks' noise
   const PairFitter& fit; // of simulated scans, in the same way

@@ -4,6 +4,7 @@
 #include "Core/Alignment/Rigid.h"
 #include "Core/Alignment/SamplePlaces.h"
 #include "Core/Alignment/SliceVolume.h"
+#include "Core/Image/CubicConvolution.h"
 #include "Core/Image/Simulate.h"
 #include "HeadPhantom.h"
 #include "TestVolumes.h"
@@ -46,7 +47,7 @@ std::vector<Stack> movingScans(int count, double most, double noise = 1, std::in
     }
     std::vector<float> seen = projectToStack(truth, stack, pool);
     for (float& v : seen)
-      v = std::isnan(v) ? 0 : v;
+      v = v > 0 ? v : 0; // cubic convolution overshoots beside edges, magnitudes are never negative
     stack.image.voxels = std::move(seen);
     addNoise(stack.image.voxels, noise, static_cast<std::uint64_t>(s) + 1);
     stacks.push_back(std::move(stack));
@@ -448,7 +449,7 @@ TEST(SliceMotion, FindsMaskedSlicesAlone) {
   const SliceMotion masked = findSliceMotion(withoutPoses(stacks), {.always = true}, pool),
                     cut = findSliceMotion(alone, {.always = true}, pool);
   EXPECT_NEAR(masked.psnrBefore, cut.psnrBefore, 1e-6);
-  EXPECT_NEAR(masked.psnrAfter, cut.psnrAfter, 0.01); // rounding: many turns of round things fit as well
+  EXPECT_NEAR(masked.psnrAfter, cut.psnrAfter, 0.03); // rounding: many turns of round things fit as well
   for (const auto& slices : masked.slices)
     EXPECT_EQ(slices.front().displacement > 0, slices.front().angle > 0) << "of a slice outside the mask";
 }
@@ -464,7 +465,7 @@ TEST(SliceMotion, PlacesSlicesThatTookNoPart) {
       const Vec3 x = toIndex(grid.indexToWorld()({static_cast<double>(v % grid.size[0]),
                                                   static_cast<double>(v / grid.size[0] % grid.size[1]),
                                                   static_cast<double>(v / (grid.size[0] * grid.size[1]))}));
-      volume.voxels.push_back(sampleLinear(truth, x));
+      volume.voxels.push_back(cubicAt(truth, x));
     }
     return volume;
   };

@@ -4,6 +4,7 @@
 #include "Core/Base/Random.h"
 #include "TestVolumes.h"
 
+#include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
 
@@ -18,8 +19,8 @@ protected:
   /// Both add to what a row holds. Returns the number of its points inside the grid.
   int compareRow(const Volume& volume, const Vec3& start, const Vec3& step, int begin, int end) {
     std::vector<float> expected(static_cast<std::size_t>(end) + 3, 0.25F), got = expected;
-    kernelsOf(cubicConvolutions(), "scalar").add(volume, start, step, begin, end, expected.data());
-    kernelsOf(cubicConvolutions(), GetParam()).add(volume, start, step, begin, end, got.data());
+    kernelsOf(cubicConvolutions(), "scalar").add(volume, start, step, -0.75F, begin, end, expected.data());
+    kernelsOf(cubicConvolutions(), GetParam()).add(volume, start, step, -0.75F, begin, end, got.data());
     int inside = 0;
     for (std::size_t i = 0; i < got.size(); ++i) {
       EXPECT_NEAR(got[i], expected[i], 5e-6) << "point " << i;
@@ -87,3 +88,15 @@ TEST_P(CubicConvolutionOf, PointsThatAreNowhere) {
 
 INSTANTIATE_TEST_SUITE_P(InstructionSets, CubicConvolutionOf, ::testing::ValuesIn(fastSets()),
                          [](const auto& set) { return set.param; });
+
+TEST(CubicConvolutions, KeysOptimumIsExactOnParabolas) {
+  const auto parabola = [](double i, double j, double k) {
+    return 3 + 0.5 * i * i - 0.3 * i * j + 0.2 * k * k;
+  };
+  const Volume volume = volumeOf(
+      grid(9, 8, 7), [&](auto i, auto j, auto k) { return parabola(double(i), double(j), double(k)); });
+  for (const Vec3& x : {Vec3{2.3, 3.8, 2.5}, Vec3{5.9, 1.1, 3.2}}) {
+    EXPECT_NEAR(cubicAt(volume, x), parabola(x[0], x[1], x[2]), 1e-4);
+    EXPECT_GT(std::abs(cubicAt(volume, x, -0.75F) - parabola(x[0], x[1], x[2])), 0.01);
+  }
+}
