@@ -20,7 +20,7 @@ struct Fit::Slab {
 struct Fit::View {
   SampleGrid grid;
   ClosedFormPsf psf;
-  int slices, perSlice;
+  int subset, slices, perSlice;
   std::vector<Observation::SubPlane> subPlanes;
   Buffer<float> target;
   Buffer<std::uint8_t> weight;
@@ -80,6 +80,7 @@ void Fit::addViews(const std::vector<Observation>& observations, std::vector<Vie
   for (const Observation& o : observations) {
     View view{o.grid,
               o.psf,
+              o.subset,
               o.slices,
               o.perSlice,
               o.subPlanes,
@@ -215,9 +216,10 @@ void Fit::download(GaussianField* field, Adam* adam, GradientAccumulator* accumu
 }
 
 void Fit::enqueue(std::span<View> views, const GaussianField& numbers, const Gaussian* gaussians,
-                  std::int64_t count, bool backward, int iteration) {
+                  std::int64_t count, bool backward, int iteration, int subset) {
   bool first = true;
   for (View& view : views) {
+    if (subset >= 0 && view.subset != subset) continue;
     throwIfStopped();
     passes_.project(gaussians, nullptr, count, projectionFrame(view.grid),
                     {static_cast<float>(numbers.cutoff * numbers.cutoff), numbers.blending,
@@ -261,7 +263,7 @@ void Fit::queue(const IterationOptions& options, int slot) {
   throwIfStopped();
   gradient_.reserve(16 * state_.count);
   if (options.relocate) relocation_.reserve(state_.count);
-  enqueue(views, numbers_, state_.field(), state_.count, true, slot);
+  enqueue(views, numbers_, state_.field(), state_.count, true, slot, options.subset);
   throwIfStopped();
   executor_->runOver(Update{gradient_.data(), state_.count, step, state_.field(), state_.moment1.data(),
                             state_.moment2.data(),
@@ -342,7 +344,7 @@ LossSum Fit::measure(std::span<View> views, const GaussianField& field, std::spa
       passes_.clearStatus();
       others_.upload(field.gaussians.data(), field.size());
       if (!gradient.empty()) gradient_.reserve(16 * field.size());
-      enqueue(views, field, others_.data(), field.size(), !gradient.empty(), 0);
+      enqueue(views, field, others_.data(), field.size(), !gradient.empty(), 0, -1);
       const std::vector<LossSum> sums = settled(1, false);
       if (sums.empty()) continue; // now there is room for all pairs
       if (!gradient.empty()) gradient_.download(gradient.data(), 16 * field.size());

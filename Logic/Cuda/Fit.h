@@ -34,7 +34,7 @@ private:
   bool smaller();
   void throwIfStopped() const;
   void enqueue(std::span<View> views, const GaussianField& numbers, const Gaussian* gaussians,
-               std::int64_t count, bool backward, int iteration);
+               std::int64_t count, bool backward, int iteration, int subset);
   void queue(const IterationOptions& options, int slot);
   std::vector<LossSum> settled(int queued, bool updating);
   LossSum measure(std::span<View> views, const GaussianField& field, std::span<float> gradient);

@@ -145,6 +145,7 @@ Observation coarsened(const Observation& fine) {
   const int fx = 2, fy = 2, fz = mergeSlices ? 2 : 1;
   Observation o;
   o.psf = fine.psf;
+  o.subset = fine.subset;
   o.perSlice = fine.perSlice;
   Affine3 index; // coarse index → fine index
   index.linear = diagonal({2, 2, 1});

@@ -26,6 +26,7 @@ struct Observation {
   std::vector<float> target;        // [slice][ny][stride], normalised intensity
   std::vector<std::uint8_t> weight; // the same shape; 0 = not fitted
   std::int64_t samples = 0;         // with weight > 0
+  int subset = 0;                   // of the data, see IterationOptions
 
   std::size_t sliceSize() const { return grid.planeSize(); }
 };

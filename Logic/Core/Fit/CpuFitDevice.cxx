@@ -64,7 +64,8 @@ LossSum CpuFitDevice::iterate(const IterationOptions& options) {
   std::fill(gradient_.begin(), gradient_.end(), 0.f);
   LossSum total;
   for (View& view : options.coarse ? coarse_ : fine_)
-    total += addLoss(view, state_.field, gradient_);
+    if (options.subset < 0 || view.observation->subset == options.subset)
+      total += addLoss(view, state_.field, gradient_);
   if (options.accumulateGradients) state_.accumulator.add(gradient_, rules_.densify, pool_);
   state_.adam.apply(state_.field, gradient_, options.rates, rules_.bounds, options.step, pool_);
   if (options.relocate) relocateGaussians(state_.field, state_.adam, *options.relocate);

@@ -15,6 +15,7 @@ namespace innergs {
 /// The parameters of one iteration.
 struct IterationOptions {
   bool coarse = false;              // uses the data at half resolution
+  int subset = -1;                  // uses the observations of this subset; below 0: all
   bool accumulateGradients = false; // adds each Gaussian's positional gradient to the sums for densify()
   LearningRates rates;              // of this iteration
   int step = 1;                     // of Adam, from 1

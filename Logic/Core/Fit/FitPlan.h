@@ -10,6 +10,7 @@ struct FitPlan {
   bool linearIntensity = false;
   int iterations = 200;
   int coarseIterations = 0;       // the first ones use the data at half resolution
+  int subsets = 1;                // of the observations: iterations use one of them in turn
   bool smoothAlongNormal = false; // see observe()
   LossKinds loss;
   LearningRates rates; // at the start

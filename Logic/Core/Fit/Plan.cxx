@@ -199,7 +199,11 @@ void fillChoices(Settings& s, const DataTraits& traits) {
 
 constexpr double kMiddleNoise = 0.014;      // of the intensity range, for a preset's iterations
 constexpr double kDisagreementShare = 0.25; // counted as noise; the rest is what single scans do not show
-constexpr double kFewer = 0.55, kMore = 100. / 60; // of them, at least and at most
+constexpr double kFewer = 0.4, kMore = 2;   // of them, at least and at most
+/// Several scans: where each iteration takes one subset of them, Gaussians may move faster and for longer.
+constexpr int kMostSubsets = 3;
+constexpr double kSubsetRates = 1.5, kSubsetFinalRate = 0.1;
+constexpr double kWidest = 1.5; // where nothing but noise is, Gaussians would grow without end, and take time
 
 constexpr double kThinNoise = 0.01; // of the intensity range: thin slices with less are fitted for longest
 
@@ -210,6 +214,11 @@ int thinIterations(int fewest, int most, const DataTraits& traits) {
   return std::max(fewest, static_cast<int>(std::lround(most * share)));
 }
 
+/// Whether the fit compares the losses of its iterations, so that all must have the same data.
+bool comparesLosses(const Settings& filled) {
+  return *filled.paperStopRule || *filled.schedule == Schedule::Plateau;
+}
+
 /// Number of Gaussians and iterations; for distant slices, also the layout and bounds of the Gaussians.
 void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
   const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Balanced ? 1 : 2;
@@ -217,6 +226,7 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
   const double voxels = volume / (traits.voxel * traits.voxel * traits.voxel);
   std::int64_t budget;
   int iterations, members = 1;
+  double widest = 0; // standard deviation relative to the mean distance of Gaussians; 0: no such limit
   if (settings.preset == Preset::Paper) {
     plan.start.equalCounts = true;
     budget = std::llround(kPaperGaussians * traits.reached.gaussians);
@@ -249,6 +259,7 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
   } else if (traits.superResolution()) {
     plan.start.scaleFactor = 0.9;
     plan.bounds.minLogScale = std::log(0.5 * traits.voxel);
+    widest = kWidest;
     budget = static_cast<std::int64_t>(voxels / std::array{50.0, 25.0, 25.0}[level]);
     // Weak noise is worth a closer fit, strong noise would be fitted, too, and so would what moved slices
     // disagree by.
@@ -258,7 +269,14 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
                               : std::clamp(std::sqrt(kMiddleNoise / wrong), kFewer, kMore);
     iterations = static_cast<int>(std::lround(longer * std::array{40, 60, 60}[level]));
     members = std::array{1, traits.disagreement > 0 ? 3 : 1, 3}[level];
-    plan.coarseIterations = 30;
+    plan.coarseIterations = settings.iterations.value_or(iterations) / 6;
+    // Each scan shows most of the body by itself.
+    if (!comparesLosses(settings) && *settings.densifyEvery == 0)
+      plan.subsets = std::min(traits.stacks, kMostSubsets);
+    if (plan.subsets > 1) {
+      plan.rates = plan.rates * kSubsetRates;
+      plan.finalRate = kSubsetFinalRate;
+    }
   } else {
     // Regions are chosen where there is structure, and a fit of the whole scan is denser there as well: with
     // 1.5 the region is at least within 0.3 dB of that fit (abdominal MR and CT).
@@ -281,6 +299,9 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     settings.gaussians = std::clamp<std::int64_t>(budget, fewest, 8'000'000);
     if (settings.maxGaussians) settings.gaussians = std::min(*settings.gaussians, *settings.maxGaussians);
   }
+  if (widest > 0)
+    plan.bounds.maxLogScale = std::log(
+        std::max(2 * traits.voxel, widest * std::cbrt(volume / static_cast<double>(*settings.gaussians))));
   if (!settings.maxGaussians) settings.maxGaussians = settings.gaussians;
   if (!settings.iterations) settings.iterations = iterations;
   if (*settings.paperStopRule) settings.iterations = std::min(*settings.iterations, 1000);
@@ -311,9 +332,7 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   planAmount(settings, traits, plan);
   plan.start.gaussians = *settings.gaussians;
   plan.iterations = *settings.iterations;
-  // Stop rule and plateaus compare losses, so these must have one resolution.
-  const bool comparing = plan.paperStopRule || plan.schedule == Schedule::Plateau;
-  plan.coarseIterations = comparing ? 0 : std::min(plan.coarseIterations, plan.iterations / 2);
+  plan.coarseIterations = comparesLosses(settings) ? 0 : std::min(plan.coarseIterations, plan.iterations / 2);
   plan.densify.every = *settings.densifyEvery;
   plan.densify.thresholds = settings.densify;
   plan.densify.limit = *settings.maxGaussians;

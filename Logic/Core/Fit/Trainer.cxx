@@ -49,6 +49,7 @@ void Trainer::restart(GaussianField field) {
   state_.accumulator = {};
   uploaded_ = false;
   history_.clear();
+  recent_.clear();
   plateau_ = {};
   densified_ = {};
   iteration_ = 0;
@@ -186,6 +187,7 @@ bool Trainer::step(int most) {
 IterationOptions Trainer::options(int iteration) const {
   IterationOptions options;
   options.coarse = iteration < plan_.coarseIterations;
+  if (plan_.subsets > 1) options.subset = iteration % plan_.subsets;
   options.accumulateGradients = densifying(iteration);
   options.rates = plan_.rates * rateShare(iteration);
   options.step = iteration + 1;
@@ -208,11 +210,15 @@ void Trainer::iterate(int most) {
   if (sums.empty() || sums.size() > iterations.size())
     throw Error(ErrorCode::Internal, "The device did not run the requested number of iterations.");
   fresh_ = false;
+  recent_.resize(static_cast<std::size_t>(plan_.subsets));
   for (const LossSum& sum : sums) {
-    ++iteration_;
-    const double samples = static_cast<double>(std::max<std::int64_t>(1, sum.samples));
-    loss_ = sum.loss / samples;
-    mse_ = sum.squared / samples;
+    recent_[static_cast<std::size_t>(iteration_++ % plan_.subsets)] = sum;
+    LossSum all;
+    for (const LossSum& subset : recent_)
+      all += subset;
+    const double samples = static_cast<double>(std::max<std::int64_t>(1, all.samples));
+    loss_ = all.loss / samples;
+    mse_ = all.squared / samples;
     record(static_cast<float>(loss_));
   }
 }

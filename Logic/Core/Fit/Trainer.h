@@ -13,7 +13,8 @@ namespace innergs {
 FitRequest fitRequest(std::vector<Observation> observations, const FitPlan& plan, const GaussianField& field,
                       std::stop_token stop, std::int64_t gaussians = 0);
 
-/// Fits a field to observations, one full iteration at a time, on any device. The state after n iterations
+/// Fits a field to observations, one iteration over all of them or over the next subset at a time, on any
+/// device. The state after n iterations
 /// depends only on the inputs, n and the kind of device. If a device other than the CPU fails, the fit
 /// continues on the CPU: from its current state or, if that was lost with the device, from the state last
 /// fetched.
@@ -46,8 +47,8 @@ public:
   const std::vector<float>& gradients() { return state().accumulator.sum; } // since the last densification
   OptimizerState optimizer() { return {adam().moment1, adam().moment2, losses(), gradients()}; }
   std::int64_t gaussians() const { return gaussians_; }
-  double loss() const { return loss_; }                         // mean per sample, last iteration
-  double mse() const { return mse_; }                           // last iteration, normalised intensity²
+  double loss() const { return loss_; } // mean per sample, last iteration, or last of each subset
+  double mse() const { return mse_; }   // likewise, normalised intensity²
   const std::vector<float>& losses() const { return history_; } // mean per sample and iteration
   const DensifyCounts& densified() const { return densified_; } // so far
 
@@ -95,7 +96,8 @@ private:
     DensifyCounts densified;
   } mark_;
 
-  std::vector<float> history_; // losses, for the stop rule
+  std::vector<float> history_;  // losses, for the stop rule
+  std::vector<LossSum> recent_; // the last of each subset of the observations
   PlateauSchedule plateau_;
   DensifyCounts densified_;
   std::int64_t gaussians_ = 0;

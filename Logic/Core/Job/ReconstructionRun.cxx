@@ -268,14 +268,18 @@ GaussianField ReconstructionRun::startField(int member) {
 std::vector<Observation> ReconstructionRun::observations(const GaussianField& field) const {
   std::vector<Observation> observations;
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
-  for (const Stack& stack : fittedStacks())
+  int scan = 0;
+  for (const Stack& stack : fittedStacks()) {
+    const int subset = scan++ % plan_.subsets;
     for (int axis = 2; axis >= (plan_.allAxes ? 0 : 2); --axis)
       for (Observation& o :
            observe(withSliceAxis(stack, axis), field.modelToWorld,
                    {field.intensityScale, field.intensityOffset}, closedForm, plan_.smoothAlongNormal)) {
         pool_->throwIfStopped();
+        o.subset = subset;
         observations.push_back(std::move(o));
       }
+  }
   return observations;
 }
 

@@ -353,7 +353,7 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
     const std::lock_guard lock(mutex_);
     const auto speed = speeds_.find(device.use.id);
     if (speed == speeds_.end()) return 0;
-    return trying + fits * (mixing + speed->second.iteration * voxels * members * plan.iterations +
+    return trying + fits * (mixing + speed->second.pass * voxels * members * plan.iterations / plan.subsets +
                             speed->second.rest * (voxels + outputVoxels));
   }
   const Timing timing = timingOf(input, filled, output);
@@ -367,9 +367,10 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
                                    static_cast<double>(dataDomain(input.stacks).voxelCount()) /
                                    threadCount(settings.threads)
                              : 0;
-  return trying + fits * (mixing + placing + voxels / timing.voxels * fit +
-                          t.fine / timing.voxels * aligningVoxels(input.stacks, settings, voxels) +
-                          outputVoxels / timing.outputVoxels * t.render);
+  return trying +
+         fits * (mixing + placing + voxels / timing.voxels * fit +
+                 plan.subsets * t.fine / timing.voxels * aligningVoxels(input.stacks, settings, voxels) +
+                 outputVoxels / timing.outputVoxels * t.render);
 }
 
 void TimeEstimator::remember(const ReconstructionInput& input, const ReconstructionResult& result) {
@@ -377,8 +378,11 @@ void TimeEstimator::remember(const ReconstructionInput& input, const Reconstruct
   const double voxels = voxelsOf(input.stacks),
                output = static_cast<double>(result.volume.geometry.voxelCount());
   if (voxels <= 0) return;
+  Settings filled = result.settings;
+  const double passes =
+      static_cast<double>(result.iterationsRun) / makePlan(filled, geometryTraits(input.stacks)).subsets;
   const std::lock_guard lock(mutex_);
-  speeds_[result.device.id] = {result.fitSeconds / (voxels * result.iterationsRun),
+  speeds_[result.device.id] = {result.fitSeconds / (voxels * passes),
                                std::max(0.0, result.seconds - result.fitSeconds) / (voxels + output)};
 }
 

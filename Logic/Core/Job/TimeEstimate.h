@@ -49,8 +49,8 @@ private:
     bool disturbed = false; // another job ran in this process
   };
   struct Speed {
-    double iteration = 0; // seconds per voxel
-    double rest = 0;      // seconds per voxel read or written
+    double pass = 0; // over all data: seconds per voxel
+    double rest = 0; // seconds per voxel read or written
   };
   Timing timed(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output,
                double voxels) const;
