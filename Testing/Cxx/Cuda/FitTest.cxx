@@ -69,17 +69,50 @@ TEST_P(Fits, TrainToTheSameQuality) {
   }
 }
 
-/// Two scans of one grid, as the frames of a dynamic scan are.
-TEST_P(Fits, GradientOfOneScanAsTheCpu) {
-  const auto& [where, c] = GetParam();
-  INNERGS_EXECUTOR_OR_SKIP(executor, where);
-  Scene scene(c);
+/// The first scan of a scene, and one of the same grid with other values.
+std::vector<Observation> twoScans(const Scene& scene) {
   Observation other = scene.observations.front();
   for (std::size_t i = 0; i < other.target.size(); ++i)
     other.target[i] = 0.8f * other.target[i] + 0.1f;
   std::fill_n(other.weight.begin(), 40, std::uint8_t{0});
   other.samples = std::count_if(other.weight.begin(), other.weight.end(), [](auto w) { return w > 0; });
-  scene.observations.push_back(other);
+  return {scene.observations.front(), other};
+}
+
+TEST_P(Fits, IterationOfOneSubsetAsTheCpu) {
+  const auto& [where, c] = GetParam();
+  INNERGS_EXECUTOR_OR_SKIP(executor, where);
+  Scene scene(c);
+  scene.observations = twoScans(scene);
+  scene.observations[1].subset = 1;
+  ThreadPool pool(1);
+  CpuFitDevice cpu(scene.request(), kernelSet("scalar"), pool);
+  cuda::Fit fit(std::move(executor), scene.request());
+  std::int64_t samples = 0;
+  for (const int subset : {0, 1, -1}) {
+    SCOPED_TRACE(subset);
+    cpu.upload(scene.field, Adam(scene.field.size()), {});
+    fit.upload(scene.field, Adam(scene.field.size()), {});
+    IterationOptions options = optionsOf(scene, 1);
+    options.subset = subset;
+    const LossSum expected = cpu.iterate(options), found = fit.iterate(options);
+    EXPECT_EQ(found.samples, expected.samples);
+    EXPECT_NEAR(found.loss, expected.loss, 1e-4 * expected.loss);
+    samples += subset < 0 ? -found.samples : found.samples;
+    Adam foundAdam(0), cpuAdam(0);
+    fit.download(nullptr, &foundAdam, nullptr);
+    cpu.download(nullptr, &cpuAdam, nullptr);
+    EXPECT_LE(relativeError(foundAdam.moment1, cpuAdam.moment1), 1e-4);
+  }
+  EXPECT_EQ(samples, 0) << "the subsets are the whole";
+}
+
+/// Two scans of one grid, as the frames of a dynamic scan are.
+TEST_P(Fits, GradientOfOneScanAsTheCpu) {
+  const auto& [where, c] = GetParam();
+  INNERGS_EXECUTOR_OR_SKIP(executor, where);
+  Scene scene(c);
+  scene.observations = twoScans(scene);
   ThreadPool pool(1);
   CpuFitDevice cpu(scene.request(), kernelSet("scalar"), pool);
   cuda::Fit fit(std::move(executor), scene.request());

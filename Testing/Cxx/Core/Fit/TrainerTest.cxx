@@ -17,7 +17,7 @@ struct TrainedScene {
   FitPlan plan;
 
   explicit TrainedScene(Blending blending = Blending::Normalised, int n = 18, double voxel = 1,
-                 int phantomSize = 0) {
+                        int phantomSize = 0) {
     const GridGeometry whole = grid(n, n, n, {voxel, voxel, voxel});
     stack.image = phantomSize == 0 ? phantom(whole) : cornerPhantom(whole, phantomSize);
     stack.profile = SliceProfile::Point;
@@ -154,6 +154,40 @@ TEST(Training, GoesOnFromAnyIterationAsIfItHadNotStopped) {
   }
 }
 
+/// Two scans, of which iterations take one in turn.
+TEST(Training, TakesSubsetsOfTheObservationsInTurn) {
+  TrainedScene scene;
+  ThreadPool pool(2);
+  std::vector<Observation> both = observe(scene.stack, {}, {200, 0}, false);
+  both.push_back(both.front());
+  both[1].subset = 1;
+  for (float& value : both[1].target)
+    value = 0.8f * value + 0.1f;
+  const auto trainerOf = [&](std::vector<Observation> observations) {
+    return Trainer(scene.field, std::move(observations), scene.plan, kernelSet("scalar"), pool);
+  };
+  for (const int coarse : {0, 2}) {
+    scene.plan.coarseIterations = coarse;
+    scene.plan.subsets = 1;
+    Trainer first = trainerOf({both[0]}), second = trainerOf({both[1]});
+    scene.plan.subsets = 2;
+    Trainer turns = trainerOf(both);
+    first.step();
+    turns.step();
+    EXPECT_TRUE(sameGaussians(turns.field(), first.field()));
+    EXPECT_EQ(turns.mse(), first.mse());
+    const OptimizerState state = turns.optimizer();
+    TrainedScene rest = scene;
+    rest.field = turns.field();
+    second.restart(rest.field);
+    second.restore(state, 1);
+    second.step();
+    turns.step();
+    EXPECT_TRUE(sameGaussians(turns.field(), second.field()));
+    EXPECT_NEAR(turns.mse(), 0.5 * (first.mse() + second.mse()), 1e-6) << "the last of each subset";
+  }
+}
+
 TEST(StopRule, LooksBackBeyondAResumption) {
   TrainedScene scene;
   scene.plan.iterations = 1000;
@@ -193,7 +227,8 @@ TEST(GradientAccumulator, MeansTheSameAtAnyVolumeAndVoxelSize) {
   };
   const auto reference = strongest(TrainedScene(Blending::Normalised, 18, 1, 18));
   EXPECT_GT(reference.front(), 0.01);
-  const auto larger = strongest(TrainedScene(Blending::Normalised, 30, 1, 18)); // the same phantom, empty beside it
+  const auto larger =
+      strongest(TrainedScene(Blending::Normalised, 30, 1, 18)); // the same phantom, empty beside it
   int close = 0;
   for (std::size_t i = 0; i < 100; ++i)
     close += std::abs(larger[i] - reference[i]) < 0.1 * reference[i] + 1e-4;

