@@ -9,7 +9,7 @@ constexpr double kMotionEnds = 0.4; // progress after the search for the motion 
 constexpr double kFitStarts = 0.03; // without motion and prediction
 // Where steps end, as shares of the progress from the start of the fit: the fit and the choice of a share,
 // where predictions from several scans follow; otherwise the fit; the residual grid.
-constexpr double kEachFitEnds = 0.7, kShareChosen = 0.8, kFitEnds = 0.92, kResidualEnds = 0.97;
+constexpr double kEachFitEnds = 0.6, kShareChosen = 0.75, kFitEnds = 0.92, kResidualEnds = 0.97;
 
 /// Reports the progress of one fit, from its input to its volume.
 class JobProgress {
