@@ -200,6 +200,7 @@ void fillChoices(Settings& s, const DataTraits& traits) {
 constexpr double kMiddleNoise = 0.014;      // of the intensity range, for a preset's iterations
 constexpr double kDisagreementShare = 0.25; // counted as noise; the rest is what single scans do not show
 constexpr double kFewer = 0.4, kMore = 2;   // of them, at least and at most
+constexpr double kLongerIfMerged = 1.25;    // moved slices: merging members averages the noise that they fit
 /// Several scans: where each iteration takes one subset of them, Gaussians may move faster and for longer.
 constexpr int kMostSubsets = 3;
 constexpr double kSubsetRates = 1.5, kSubsetFinalRate = 0.1;
@@ -267,8 +268,9 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     const double longer = traits.posed && traits.disagreement <= 0
                               ? 1
                               : std::clamp(std::sqrt(kMiddleNoise / wrong), kFewer, kMore);
-    iterations = static_cast<int>(std::lround(longer * std::array{40, 60, 60}[level]));
     members = std::array{1, traits.disagreement > 0 ? 3 : 1, 3}[level];
+    const double merged = traits.disagreement > 0 && members > 1 ? kLongerIfMerged : 1;
+    iterations = static_cast<int>(std::lround(merged * longer * std::array{40, 60, 60}[level]));
     plan.coarseIterations = settings.iterations.value_or(iterations) / 6;
     // Each scan shows most of the body by itself.
     if (!comparesLosses(settings) && *settings.densifyEvery == 0)

@@ -14,10 +14,9 @@ FitRequest fitRequest(std::vector<Observation> observations, const FitPlan& plan
                       std::stop_token stop, std::int64_t gaussians = 0);
 
 /// Fits a field to observations, one iteration over all of them or over the next subset at a time, on any
-/// device. The state after n iterations
-/// depends only on the inputs, n and the kind of device. If a device other than the CPU fails, the fit
-/// continues on the CPU: from its current state or, if that was lost with the device, from the state last
-/// fetched.
+/// device. The state after n iterations depends only on the inputs, n and the kind of device. If a device
+/// other than the CPU fails, the fit continues on the CPU: from its current state or, if that was lost with
+/// the device, from the state last fetched.
 class Trainer {
 public:
   Trainer(GaussianField field, std::vector<Observation> observations, FitPlan plan, const KernelSet& kernels,
