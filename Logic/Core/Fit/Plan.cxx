@@ -204,7 +204,7 @@ constexpr double kLongerIfMerged = 1.25;    // moved slices: merging members ave
 /// Several scans: where each iteration takes one subset of them, Gaussians may move faster and for longer.
 constexpr int kMostSubsets = 3;
 constexpr double kSubsetRates = 1.5, kSubsetFinalRate = 0.1;
-constexpr double kWidest = 1.5; // where nothing but noise is, Gaussians would grow without end, and take time
+constexpr double kWidest = 1.5; // mean distances: in mere noise, Gaussians would grow without end
 
 constexpr double kThinNoise = 0.01; // of the intensity range: thin slices with less are fitted for longest
 
