@@ -182,6 +182,12 @@ Subcommand addEvaluate(CLI::App& app) {
     addOption(*command, name, target, unit, help)->check(CLI::NonNegativeNumber);
   };
   amount("--gap", o->stacks.gap, "MM", "Stacks: distance between slices [0]");
+  addOption(*command, "--pixels", o->stacks.pixels, "MM",
+            "Stacks: size of each one's pixels, separated by commas [the volume's voxels]")
+      ->delimiter(',')
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--interpolated", o->stacks.interpolated,
+                    "Stacks: --pixels are then interpolated to the volume's voxels, as scanners may do");
   amount("--motion", o->stacks.motion, "MM", "Stacks: largest shift of a slice along each axis [0]");
   amount("--turn", o->stacks.turn, "DEG", "Stacks: largest turn of a slice about each axis [0]");
   addOption(*command, "--motion-packets", o->stacks.motionPackets, "N",

@@ -19,12 +19,18 @@ struct Fit::Slab {
 
 struct Fit::View {
   SampleGrid grid;
+  std::vector<SampleGrid> points; // the grid through each point of a pixel
   ClosedFormPsf psf;
   int subset, slices, perSlice;
   std::vector<Observation::SubPlane> subPlanes;
   Buffer<float> target;
   Buffer<std::uint8_t> weight;
   std::vector<Slab> slabs;
+
+  std::int64_t sizeOf(const Slab& slab) const {
+    return slab.planes.planeSize() * slab.planes.nz * static_cast<std::int64_t>(points.size());
+  }
+  std::int64_t bufferSize() const { return static_cast<std::int64_t>(grid.bufferSize() * points.size()); }
 
   SliceView slicesOf(const Slab& slab, const GaussianField& numbers) const {
     const std::int64_t size = slab.planes.planeSize(), at = slab.first * size;
@@ -63,7 +69,7 @@ Fit::Fit(std::unique_ptr<Executor> executor, const FitRequest& request)
   if (needed.most > free) { // makes a slab's share about as large as what is available
     std::int64_t largest = 1;
     for (const View& view : fine_)
-      largest = std::max(largest, static_cast<std::int64_t>(view.grid.bufferSize()));
+      largest = std::max(largest, view.bufferSize());
     const double share =
         static_cast<double>(free - needed.least) / static_cast<double>(needed.most - needed.least);
     slabPoints_ = std::max<std::int64_t>(
@@ -78,7 +84,11 @@ Fit::~Fit() = default;
 
 void Fit::addViews(const std::vector<Observation>& observations, std::vector<View>& views) {
   for (const Observation& o : observations) {
+    std::vector<SampleGrid> points;
+    for (std::size_t p = 0; p < o.points.size(); ++p)
+      points.push_back(o.gridOf(p));
     View view{o.grid,
+              std::move(points),
               o.psf,
               o.subset,
               o.slices,
@@ -105,8 +115,9 @@ void Fit::cut(std::vector<View>& views) {
       const auto from = view.subPlanes.begin() + first * view.perSlice;
       // Planes of neighbouring slabs may interleave: each slab takes its own, in ascending order.
       std::vector<int> order;
+      const int planes = view.grid.planes(); // of every point
       for (auto it = from; it != from + count * view.perSlice; ++it)
-        order.push_back(it->plane);
+        if (it->plane < planes) order.push_back(it->plane);
       std::sort(order.begin(), order.end());
       SampleGrid grid = view.grid;
       grid.z.clear();
@@ -114,9 +125,11 @@ void Fit::cut(std::vector<View>& views) {
         grid.z.push_back(view.grid.z[plane]);
       std::vector<SubPlaneView> local;
       for (auto it = from; it != from + count * view.perSlice; ++it)
-        local.push_back({static_cast<std::int32_t>(std::lower_bound(order.begin(), order.end(), it->plane) -
-                                                   order.begin()),
-                         it->weight});
+        local.push_back(
+            {static_cast<std::int32_t>(
+                 it->plane / planes * order.size() +
+                 (std::lower_bound(order.begin(), order.end(), it->plane % planes) - order.begin())),
+             it->weight});
       Slab slab{first, count, DevicePlanes(*executor_, grid, 0, grid.planes()),
                 Buffer<SubPlaneView>(*executor_)};
       slab.subPlanes.upload(local.data(), static_cast<std::int64_t>(local.size()));
@@ -133,7 +146,7 @@ bool Fit::smaller() {
   for (const auto* views : {&fine_, &coarse_})
     for (const View& view : *views)
       for (const Slab& slab : view.slabs) {
-        largest = std::max(largest, slab.planes.planeSize() * slab.planes.nz);
+        largest = std::max(largest, view.sizeOf(slab));
         several = several || slab.count > 1;
       }
   if (!several) return false;
@@ -160,8 +173,7 @@ int Fit::slabs() const {
 std::string Fit::remark() const {
   int fewest = 0;
   for (const View& view : fine_) {
-    const std::int64_t points = static_cast<std::int64_t>(view.grid.bufferSize());
-    fewest += static_cast<int>(points / kSlabPoints + 1);
+    fewest += static_cast<int>(view.bufferSize() / kSlabPoints + 1);
   }
   if (slabs() <= 2 * fewest) return {}; // one slice more or less per slab is not worth a remark
   return "Its memory is short: the slices are processed in " + std::to_string(slabs()) + " parts.";
@@ -220,22 +232,37 @@ void Fit::enqueue(std::span<View> views, const GaussianField& numbers, const Gau
   bool first = true;
   for (View& view : views) {
     if (subset >= 0 && view.subset != subset) continue;
-    throwIfStopped();
-    passes_.project(gaussians, nullptr, count, projectionFrame(view.grid),
-                    {static_cast<float>(numbers.cutoff * numbers.cutoff), numbers.blending,
-                     numbers.linearIntensity, Selection::Exact, view.psf});
+    const auto points = static_cast<int>(view.points.size());
+    const auto project = [&](int point) {
+      throwIfStopped();
+      passes_.project(gaussians, nullptr, count, projectionFrame(view.points[point]),
+                      {static_cast<float>(numbers.cutoff * numbers.cutoff), numbers.blending,
+                       numbers.linearIntensity, Selection::Exact, view.psf});
+    };
+    const auto chain = [&](int point) {
+      executor_->runOver(
+          Chain{gaussians, passes_.moments(), count,
+                chainRules(numbers.blending, numbers.linearIntensity, view.points[point], view.psf),
+                gradient_.data(), first},
+          count);
+      first = false;
+    };
+    if (points == 1) project(0);
     for (const Slab& slab : view.slabs) {
       throwIfStopped();
-      passes_.forward(slab.planes, numbers.blending);
+      for (int point = 0; point < points; ++point) {
+        if (points > 1) project(point);
+        passes_.forward(slab.planes, numbers.blending, point, points);
+      }
       passes_.loss(view.slicesOf(slab, numbers), rules_.loss, iteration);
-      if (backward) passes_.backward(slab.planes, numbers.blending, &slab != view.slabs.data());
+      for (int point = 0; backward && point < points; ++point) {
+        if (points > 1) project(point);
+        passes_.backward(slab.planes, numbers.blending, points == 1 && &slab != view.slabs.data(), point,
+                         points > 1);
+        if (points > 1) chain(point);
+      }
     }
-    if (!backward || view.slabs.empty()) continue;
-    executor_->runOver(Chain{gaussians, passes_.moments(), count,
-                             chainRules(numbers.blending, numbers.linearIntensity, view.grid, view.psf),
-                             gradient_.data(), first},
-                       count);
-    first = false;
+    if (backward && points == 1 && !view.slabs.empty()) chain(0);
   }
   if (backward && first) gradient_.fill(0, 16 * count); // nothing visible
 }

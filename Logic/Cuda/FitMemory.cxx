@@ -10,7 +10,7 @@ FitMemory fitMemory(const FitRequest& request) {
   double samples = 0, largest = 1, slice = 1, planes = 1;
   for (const Observation& o : *request.observations) {
     samples += static_cast<double>(o.target.size());
-    largest = std::max(largest, static_cast<double>(o.grid.bufferSize()));
+    largest = std::max(largest, static_cast<double>(o.bufferSize()));
     slice = std::max(slice, static_cast<double>(o.sliceSize()) * o.perSlice);
     planes = std::max(planes, static_cast<double>(o.grid.planes()));
   }

@@ -107,18 +107,19 @@ AlphaTile Passes::alphaTile(const TileReach& tiles) const {
   return {tiles, projected_.data(), start_.data(), ids_.data(), owners_.data()};
 }
 
-void Passes::forward(const DevicePlanes& grid, Blending blending) {
-  planes_.reserve(grid.planeSize() * grid.nz);
+void Passes::forward(const DevicePlanes& grid, Blending blending, int point, int points) {
+  const std::int64_t size = grid.planeSize() * grid.nz;
+  if (point == 0) planes_.reserve(size * points);
+  Pair* planes = planes_.data() + size * point;
   if (blending == Blending::Alpha) {
     const TileReach tiles = tilesOf(grid.view());
     bin(tiles, 32, true);
-    executor_.run(Composite{alphaTile(tiles), planes_.data()}, tiles.count());
+    executor_.run(Composite{alphaTile(tiles), planes}, tiles.count());
     return;
   }
   const BrickReach bricks = bricksOf(grid.view());
   bin(bricks, 0, false);
-  executor_.run(Accumulate{projected_.data(), bricks, start_.data(), ids_.data(), planes_.data()},
-                bricks.count());
+  executor_.run(Accumulate{projected_.data(), bricks, start_.data(), ids_.data(), planes}, bricks.count());
 }
 
 void Passes::loss(const SliceView& slices, const LossKinds& kinds, int iteration) {
@@ -146,18 +147,20 @@ void Passes::loss(const SliceView& slices, const LossKinds& kinds, int iteration
   executor_.run(SumLosses{partial_.data(), blocks + tiles, status_.data()->sums + iteration}, 1);
 }
 
-void Passes::backward(const DevicePlanes& grid, Blending blending, bool add) {
+void Passes::backward(const DevicePlanes& grid, Blending blending, bool add, int point, bool again) {
+  Pair* planes = planes_.data() + grid.planeSize() * grid.nz * point;
   moments_.reserve(count_);
   if (blending == Blending::Alpha) {
     const TileReach tiles = tilesOf(grid.view());
+    if (again) bin(tiles, 32, true);
     slots_.reserve(pairs_);
-    executor_.run(CompositeBackward{alphaTile(tiles), planes_.data(), slots_.data()}, tiles.count());
+    executor_.run(CompositeBackward{alphaTile(tiles), planes, slots_.data()}, tiles.count());
     executor_.runOver(SumSlots{projected_.data(), count_, tiles, first_.data(), pairs_, slots_.data(),
                                moments_.data(), add},
                       count_);
     return;
   }
-  const GatherRows rows{grid.view(), planes_.data()};
+  const GatherRows rows{grid.view(), planes};
   executor_.run(Gather{projected_.data(), count_, rows, moments_.data(), add},
                 blocksFor(count_, Gather::kWarps));
   executor_.run(GatherLarge{projected_.data(), count_, rows, moments_.data(), add}, blocksFor(count_, kWarp));

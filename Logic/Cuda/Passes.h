@@ -27,13 +27,15 @@ public:
   /// gaussians, values (or null): device memory.
   void project(const Gaussian* gaussians, const float* values, std::int64_t count,
                const ProjectionFrame& frame, const ProjectionRules& rules);
-  /// Writes W and N of the projected Gaussians (alpha: transmittance and I) to planes().
-  void forward(const DevicePlanes& grid, Blending blending);
+  /// Writes W and N of the projected Gaussians (alpha: transmittance and I) to planes(): one of `points`
+  /// grids of the same size, begun with point 0.
+  void forward(const DevicePlanes& grid, Blending blending, int point = 0, int points = 1);
   /// Adds the loss of slices on those planes to sums number `iteration` of the status; planes() then hold F0
   /// and F1.
   void loss(const SliceView& slices, const LossKinds& kinds, int iteration = 0);
-  /// Moments from F0 and F1, after forward() with the same Gaussians; `add`: to those of earlier slabs.
-  void backward(const DevicePlanes& grid, Blending blending, bool add);
+  /// Moments from F0 and F1 of a point, after forward() with the same Gaussians; `add`: to those of earlier
+  /// slabs. again: project() was called since then, with the same Gaussians as for that point.
+  void backward(const DevicePlanes& grid, Blending blending, bool add, int point = 0, bool again = false);
   /// I at points, three index coordinates each, with cells of 1 index unit.
   void query(const CellReach& cells, const double* points, std::int64_t count, Blending blending,
              float epsilon, float* out);

@@ -16,8 +16,13 @@
 namespace innergs {
 namespace {
 
+constexpr double kLargestPixel = 16; // voxels of the volume
+
 void checkCase(const StacksCase& c, const GridGeometry& volume) {
   const auto refuse = [](const std::string& sentence) { throw Error(ErrorCode::InvalidArgument, sentence); };
+  for (const double pixel : c.pixels)
+    if (!(std::isfinite(pixel) && pixel >= 0) || pixel > kLargestPixel * volume.spacing[0])
+      refuse("The pixels of the stacks must be at least 0 mm and at most 16 voxels of the volume.");
   if (c.stacks < 1 || c.stacks > 3) refuse("The number of stacks must be 1, 2 or 3.");
   for (const double x : {c.thickness, c.gap, c.motion, c.turn, c.shading, c.gain, c.noise})
     if (!std::isfinite(x) || x < 0)
@@ -40,8 +45,20 @@ Volume middleOf(const Volume& volume, int edge) {
   return cropped(volume, IndexBlock{first, {edge, edge, edge}});
 }
 
-/// Thick slices along one axis of the grid, from face to face.
-Stack emptyStack(const GridGeometry& scanned, int axis, const StacksCase& c) {
+/// The same slices with square pixels of another size.
+GridGeometry withPixels(GridGeometry g, double pixel) {
+  Vec3 first{};
+  for (int a = 0; a < 2; ++a) {
+    first[a] = 0.5 * (pixel / g.spacing[a] - 1);
+    g.size[a] = static_cast<std::int64_t>(static_cast<double>(g.size[a]) * g.spacing[a] / pixel + 1e-6);
+  }
+  g.origin = g.indexToWorld()(first);
+  g.spacing[0] = g.spacing[1] = pixel;
+  return g;
+}
+
+/// Thick slices along one axis of the grid, from face to face. pixel: mm; 0: the grid's voxels.
+Stack emptyStack(const GridGeometry& scanned, int axis, const StacksCase& c, double pixel) {
   Stack stack;
   GridGeometry& g = stack.image.geometry = withSliceAxis(scanned, axis);
   const double voxel = g.spacing[2], distance = c.thickness + c.gap;
@@ -51,6 +68,7 @@ Stack emptyStack(const GridGeometry& scanned, int axis, const StacksCase& c) {
                 "Fewer than three slices fit into the volume: make them thinner.");
   g.origin = g.indexToWorld()({0, 0, 0.5 * (c.thickness / voxel - 1)});
   g.spacing[2] = distance;
+  if (pixel > 0) g = withPixels(g, pixel);
   stack.thickness = c.thickness;
   stack.profile = SliceProfile::Box;
   stack.image.voxels.resize(static_cast<std::size_t>(g.voxelCount()));
@@ -97,6 +115,23 @@ struct Shading {
   double at(const Vec3& x) const { return 1 + amount * polynomial(x) / most; }
 };
 
+/// The tissue at the points of a grid, averaged around each.
+std::vector<float> averagedInPlane(const ItkCubic& tissue, const GridGeometry& grid,
+                                   const ProfileQuadrature& within, ThreadPool& pool) {
+  const std::size_t edge = within.offset.size();
+  std::vector<float> sum(static_cast<std::size_t>(grid.voxelCount()), 0.f);
+  GridGeometry moved = grid;
+  for (std::size_t p = 0; p < edge * edge; ++p) {
+    moved.origin = grid.indexToWorld()(
+        {within.offset[p % edge] / grid.spacing[0], within.offset[p / edge] / grid.spacing[1], 0});
+    const std::vector<float> values = tissue.on(moved, pool);
+    const auto weight = static_cast<float>(within.weight[p % edge] * within.weight[p / edge]);
+    for (std::size_t v = 0; v < sum.size(); ++v)
+      sum[v] += weight * values[v];
+  }
+  return sum;
+}
+
 } // namespace
 
 SimulatedStacks simulateStacks(const Volume& volume, const StacksCase& c, ThreadPool& pool) {
@@ -108,7 +143,8 @@ SimulatedStacks simulateStacks(const Volume& volume, const StacksCase& c, Thread
   constexpr Plane planes[] = {Plane::Axial, Plane::Coronal, Plane::Sagittal};
   for (int s = 0; s < c.stacks; ++s) {
     const int axis = sliceAxis(result.truth.geometry, planes[s]);
-    Stack stack = emptyStack(result.truth.geometry, axis, c);
+    const double pixel = static_cast<std::size_t>(s) < c.pixels.size() ? c.pixels[s] : 0;
+    Stack stack = emptyStack(result.truth.geometry, axis, c, pixel);
     stack.name = planeName(planes[s]);
     const GridGeometry& g = stack.image.geometry;
     Random random(c.seed + 1000 * static_cast<std::uint64_t>(s + 1));
@@ -121,6 +157,8 @@ SimulatedStacks simulateStacks(const Volume& volume, const StacksCase& c, Thread
     result.shading.push_back([shading, toBox](const Vec3& x) { return shading.at(toBox(x)); });
     const ProfileQuadrature planesOf =
         profileQuadrature(SliceProfile::Box, c.thickness, result.truth.geometry.spacing[axis]);
+    const ProfileQuadrature within =
+        profileQuadrature(SliceProfile::Box, pixel, result.truth.geometry.spacing[0]);
     const auto count = static_cast<std::int64_t>(planesOf.offset.size());
     const std::int64_t plane = g.size[0] * g.size[1];
     const Affine3 map = g.indexToWorld();
@@ -136,7 +174,7 @@ SimulatedStacks simulateStacks(const Volume& volume, const StacksCase& c, Thread
       seen.origin =
           pose(g.indexToWorld()({0, 0, static_cast<double>(k) + planesOf.offset[0] / g.spacing[2]}));
       seen.direction = pose.linear * g.direction;
-      const std::vector<float> thin = tissue.on(seen, pool);
+      const std::vector<float> thin = averagedInPlane(tissue, seen, within, pool);
       const double gain = 1 + c.gain * even();
       for (std::int64_t p = 0; p < plane; ++p) {
         double sum = 0;
@@ -149,6 +187,10 @@ SimulatedStacks simulateStacks(const Volume& volume, const StacksCase& c, Thread
       }
     }
     if (c.noise > 0) addNoise(stack.image.voxels, c.noise, c.seed + static_cast<std::uint64_t>(s));
+    if (c.interpolated && pixel > 0) {
+      const GridGeometry fine = emptyStack(result.truth.geometry, axis, c, 0).image.geometry;
+      stack.image = {fine, ItkCubic(stack.image).on(fine, pool)};
+    }
     result.stacks.push_back(std::move(stack));
   }
   return result;

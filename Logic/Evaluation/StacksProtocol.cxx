@@ -27,6 +27,9 @@ std::string caseName(const StacksCase& c) {
     if (value > 0) name += formatted(what, value);
   };
   add("-gap-%gmm", c.gap);
+  for (const double pixel : c.pixels)
+    add("-pixels-%gmm", pixel);
+  if (c.interpolated) name += "-interpolated";
   add("-motion-%gmm", c.motion);
   add("-turn-%gdeg", c.turn);
   add("-motion-packets-%g", c.motionPackets);

@@ -12,7 +12,8 @@
 namespace innergs {
 namespace {
 
-constexpr double kMostOverlap = 2;  // slice distances; a thicker box's transfer function has negative values
+// From here on, pixels overlap enough to amplify noise; chosen by measurement (Docs/benchmarks.md).
+constexpr double kMostPixels = 1.25;
 constexpr double kNoiseShare = 0.1; // of the noise, below which differences are not worth an iteration
 
 /// Sub-planes no further apart than the volume's own spacing along the normal: exact for a box that spans
@@ -39,24 +40,32 @@ Residual residualOf(const Volume& volume, const Stack& stack, ThreadPool& pool) 
   return r;
 }
 
-/// The differences spread over neighbouring slices.
-void spread(std::vector<float>& differences, const Stack& stack, ThreadPool& pool) {
-  const GridGeometry& g = stack.image.geometry;
-  const std::vector<double> weights =
-      spreadingWeights(stack.profile, effectiveThickness(stack) / g.spacing[2]);
+/// The differences spread along one axis: blocks of `block` values follow each other, n per line.
+void spreadAlong(std::vector<float>& differences, const std::vector<double>& weights, std::int64_t n,
+                 std::int64_t block, ThreadPool& pool) {
   if (weights.size() == 1) return;
   const auto reach = static_cast<std::int64_t>(weights.size() / 2);
-  const std::int64_t plane = g.size[0] * g.size[1];
   std::vector<float> out(differences.size(), 0.f);
-  pool.run(g.size[2], [&](std::int64_t k) {
-    for (std::int64_t from = std::max<std::int64_t>(0, k - reach); from <= std::min(g.size[2] - 1, k + reach);
+  pool.run(static_cast<std::int64_t>(differences.size()) / block, [&](std::int64_t b) {
+    const std::int64_t at = b % n;
+    for (std::int64_t from = std::max<std::int64_t>(0, at - reach); from <= std::min(n - 1, at + reach);
          ++from) {
-      const auto w = static_cast<float>(weights[static_cast<std::size_t>(from - k + reach)]);
-      for (std::int64_t p = 0; p < plane; ++p)
-        out[k * plane + p] += w * differences[from * plane + p];
+      const auto w = static_cast<float>(weights[static_cast<std::size_t>(from - at + reach)]);
+      for (std::int64_t p = 0; p < block; ++p)
+        out[b * block + p] += w * differences[(b - at + from) * block + p];
     }
   });
   differences = std::move(out);
+}
+
+/// The differences spread over neighbouring slices and pixels.
+void spread(std::vector<float>& differences, const Stack& stack, ThreadPool& pool) {
+  const GridGeometry& g = stack.image.geometry;
+  spreadAlong(differences, spreadingWeights(stack.profile, effectiveThickness(stack) / g.spacing[2]),
+              g.size[2], g.size[0] * g.size[1], pool);
+  for (int axis = 0; axis < 2; ++axis)
+    spreadAlong(differences, spreadingWeights(stack.profile, stack.pixelWidth / g.spacing[axis], kMostPixels),
+                g.size[axis], axis == 0 ? 1 : g.size[0], pool);
 }
 
 /// The stack's voxels without the noise in their differences from a projection.
@@ -159,7 +168,10 @@ std::optional<std::vector<float>> projectAligned(const Volume& volume, const Sta
 
 } // namespace
 
-std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool, float keys) {
+namespace {
+
+/// projectToStack() through the middles of the pixels.
+std::vector<float> projectToPoints(const Volume& volume, const Stack& stack, ThreadPool& pool, float keys) {
   const GridGeometry& g = stack.image.geometry;
   const auto& n = volume.geometry.size;
   const Affine3 toVolume = inverse(volume.geometry.indexToWorld());
@@ -202,8 +214,34 @@ std::vector<float> projectToStack(const Volume& volume, const Stack& stack, Thre
   return out;
 }
 
-std::vector<double> spreadingWeights(SliceProfile profile, double thickness) {
-  if (profile != SliceProfile::Box || thickness <= kMostOverlap + 1e-6) return {1};
+} // namespace
+
+std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool, float keys) {
+  const Vec3& spacing = volume.geometry.spacing;
+  const ProfileQuadrature pixel = pixelQuadrature(stack, std::min({spacing[0], spacing[1], spacing[2]}));
+  const std::size_t edge = pixel.offset.size();
+  if (edge == 1) return projectToPoints(volume, stack, pool, keys);
+  const GridGeometry& g = stack.image.geometry;
+  std::vector<float> sums(static_cast<std::size_t>(g.voxelCount()), 0.f), weights = sums;
+  Stack point = stack;
+  for (std::size_t p = 0; p < edge * edge; ++p) {
+    point.image.geometry.origin =
+        g.indexToWorld()({pixel.offset[p % edge] / g.spacing[0], pixel.offset[p / edge] / g.spacing[1], 0});
+    const std::vector<float> seen = projectToPoints(volume, point, pool, keys);
+    const auto weight = static_cast<float>(pixel.weight[p % edge] * pixel.weight[p / edge]);
+    for (std::size_t v = 0; v < seen.size(); ++v) {
+      if (!std::isfinite(seen[v])) continue;
+      sums[v] += weight * seen[v];
+      weights[v] += weight;
+    }
+  }
+  for (std::size_t v = 0; v < sums.size(); ++v)
+    sums[v] = weights[v] > 0 ? sums[v] / weights[v] : std::numeric_limits<float>::quiet_NaN();
+  return sums;
+}
+
+std::vector<double> spreadingWeights(SliceProfile profile, double thickness, double most) {
+  if (profile != SliceProfile::Box || thickness <= most + 1e-6) return {1};
   const ProfileQuadrature planes = profileQuadrature(profile, thickness, 1);
   const auto reach = static_cast<std::int64_t>(std::ceil(planes.offset.back()));
   std::vector<double> weights(static_cast<std::size_t>(2 * reach + 1), 0.0);

@@ -9,15 +9,16 @@
 namespace innergs {
 
 /// The volume as the stack's scanner would see it: integrated over the slice profile along the stack's
-/// normal, at the stack's voxels, by cubic convolution with this parameter. NaN where the profile lies
-/// entirely outside the volume and where the stack is not observed.
+/// normal, and over the pixels' width, at the stack's voxels, by cubic convolution with this parameter. NaN
+/// where all of that lies outside the volume and where the stack is not observed.
 std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool,
                                   float keys = kKeys);
 
 /// Weights of neighbouring slices, from −n to n, with which differences are spread over them before they are
 /// back-projected: {1}, but the slices' profile where thick boxes overlap so far that it inverts the finest
-/// structure across them, which back-projection would amplify. thickness: in slice distances.
-std::vector<double> spreadingWeights(SliceProfile profile, double thickness);
+/// structure across them, which back-projection would amplify. thickness: in slice distances; `most`: up to
+/// which there is nothing to spread.
+std::vector<double> spreadingWeights(SliceProfile profile, double thickness, double most = 2);
 
 struct BackProjectionPlan {
   int iterations = 12; // maximum
@@ -29,10 +30,10 @@ struct BackProjectionPlan {
 
 /// Iterative back-projection (Irani and Peleg 1991) from the volume as it stands: the trilinearly
 /// interpolated difference between each stack and the volume's projection onto it, spread over overlapping
-/// slices (spreadingWeights()), is added, averaged over the stacks. What plan.noise explains of the first
-/// differences is left out. Unobserved and non-finite samples count as met (difference 0). Between posed
-/// slices the difference is the mean of those within a slice distance, by their nearness. Returns the root
-/// mean square of the last differences from the stacks as they are, noise included.
+/// slices and pixels (spreadingWeights()), is added, averaged over the stacks. What plan.noise explains of
+/// the first differences is left out. Unobserved and non-finite samples count as met (difference 0). Between
+/// posed slices the difference is the mean of those within a slice distance, by their nearness. Returns the
+/// root mean square of the last differences from the stacks as they are, noise included.
 double backProject(Volume& volume, std::span<const Stack> stacks, const BackProjectionPlan& plan,
                    ThreadPool& pool);
 

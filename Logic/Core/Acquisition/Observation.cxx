@@ -26,6 +26,25 @@ void placePlanes(Observation& o, const ProfileQuadrature& quadrature, double sli
   }
 }
 
+/// Repeats the sub-planes for every point of a pixel.
+void placePoints(Observation& o, const ProfileQuadrature& pixel, const Vec3& spacing) {
+  const std::size_t edge = pixel.offset.size();
+  if (edge == 1) return;
+  o.points.clear();
+  for (std::size_t p = 0; p < edge * edge; ++p)
+    o.points.push_back({pixel.offset[p % edge] / spacing[0], pixel.offset[p / edge] / spacing[1]});
+  const std::vector<Observation::SubPlane> planes = std::move(o.subPlanes);
+  const auto perSlice = static_cast<std::size_t>(o.perSlice);
+  o.subPlanes.clear();
+  for (std::size_t first = 0; first < planes.size(); first += perSlice)
+    for (std::size_t p = 0; p < edge * edge; ++p)
+      for (std::size_t q = first; q < first + perSlice; ++q)
+        o.subPlanes.push_back(
+            {planes[q].plane + static_cast<int>(p) * o.grid.planes(),
+             static_cast<float>(planes[q].weight * pixel.weight[p % edge] * pixel.weight[p / edge])});
+  o.perSlice *= static_cast<int>(edge * edge);
+}
+
 ClosedFormPsf gaussianPsf(const Stack& stack, const Affine3& worldToModel, const Affine3& pose) {
   const double tau = effectiveThickness(stack) / kFwhm;
   const Vec3 n = worldToModel.linear * (pose.linear * column(stack.image.geometry.direction, 2));
@@ -40,7 +59,7 @@ ClosedFormPsf gaussianPsf(const Stack& stack, const Affine3& worldToModel, const
 
 Observation observeSlices(const Stack& stack, int first, int last, const Affine3& worldToModel,
                           const Affine3& pose, const IntensityMap& map, bool closedForm,
-                          bool smoothAlongNormal) {
+                          bool smoothAlongNormal, double resolution) {
   const GridGeometry& g = stack.image.geometry;
   Observation o;
   o.grid.indexToModel = worldToModel * pose * g.indexToWorld();
@@ -82,10 +101,23 @@ Observation observeSlices(const Stack& stack, int first, int last, const Affine3
   if (smoothAlongNormal && quadrature.offset.size() > 2)
     quadrature = twoPointQuadrature(stack.profile, effectiveThickness(stack));
   placePlanes(o, quadrature, g.spacing[2]);
+  if (resolution > 0) placePoints(o, pixelQuadrature(stack, resolution), g.spacing);
   return o;
 }
 
 } // namespace
+
+SampleGrid Observation::gridOf(std::size_t point) const {
+  SampleGrid shifted = grid;
+  shifted.indexToModel.offset = grid.indexToModel({points[point][0], points[point][1], 0});
+  return shifted;
+}
+
+ProfileQuadrature pixelQuadrature(const Stack& stack, double resolution) {
+  const SliceProfile profile =
+      stack.profile == SliceProfile::Point ? SliceProfile::Box : stack.profile; // of thin slices
+  return profileQuadrature(profile, stack.pixelWidth, resolution);
+}
 
 double effectiveThickness(const Stack& stack) {
   return stack.thickness > 0 ? stack.thickness : stack.image.geometry.spacing[2];
@@ -122,12 +154,13 @@ ProfileQuadrature twoPointQuadrature(SliceProfile profile, double thickness) {
 }
 
 std::vector<Observation> observe(const Stack& stack, const Affine3& modelToWorld, const IntensityMap& map,
-                                 bool closedForm, bool smoothAlongNormal) {
+                                 bool closedForm, bool smoothAlongNormal, double resolution) {
   const Affine3 worldToModel = inverse(modelToWorld);
   const int slices = static_cast<int>(stack.image.geometry.size[2]);
   std::vector<Observation> result;
   const auto add = [&](int first, int last, const Affine3& pose) {
-    Observation o = observeSlices(stack, first, last, worldToModel, pose, map, closedForm, smoothAlongNormal);
+    Observation o =
+        observeSlices(stack, first, last, worldToModel, pose, map, closedForm, smoothAlongNormal, resolution);
     if (o.slices > 0) result.push_back(std::move(o));
   };
   if (stack.poses.empty())
@@ -145,6 +178,10 @@ Observation coarsened(const Observation& fine) {
   const int fx = 2, fy = 2, fz = mergeSlices ? 2 : 1;
   Observation o;
   o.psf = fine.psf;
+  o.points = fine.points;
+  for (auto& point : o.points)
+    for (double& x : point)
+      x /= 2;
   o.subset = fine.subset;
   o.perSlice = fine.perSlice;
   Affine3 index; // coarse index → fine index

@@ -3,6 +3,8 @@
 #include "Core/Acquisition/SampleGrid.h"
 #include "Core/Image/Stack.h"
 
+#include <array>
+
 namespace innergs {
 
 /// The map between scanner values and the field's intensities: value = scale·I + offset.
@@ -11,16 +13,17 @@ struct IntensityMap {
 };
 
 /// Samples to fit on one grid: slices, each seen through one or several sub-planes (a quadrature of the
-/// slice profile).
+/// slice profile), and pixels through one or several points.
 struct Observation {
   struct SubPlane {
-    int plane;    // of the grid
+    int plane;    // point · grid.planes() + plane of the grid
     float weight; // quadrature weight; sums to 1 per slice
   };
   SampleGrid grid;
+  std::vector<std::array<double, 2>> points{{0, 0}}; // of a pixel, from its centre: pixels along I and J
   ClosedFormPsf psf;
   int slices = 0;
-  std::vector<SubPlane> subPlanes; // grouped by slice: subPlanes[s·perSlice + q]
+  std::vector<SubPlane> subPlanes; // of all points, grouped by slice: subPlanes[s·perSlice + q]
   int perSlice = 1;
   std::vector<int> sourceSlice;     // K index in the stack
   std::vector<float> target;        // [slice][ny][stride], normalised intensity
@@ -29,6 +32,9 @@ struct Observation {
   int subset = 0;                   // of the data, see IterationOptions
 
   std::size_t sliceSize() const { return grid.planeSize(); }
+  /// The grid's planes through one of the points; rendered one after the other, they fill bufferSize().
+  SampleGrid gridOf(std::size_t point) const;
+  std::size_t bufferSize() const { return grid.bufferSize() * points.size(); }
 };
 
 /// Quadrature of a slice profile: offsets along the normal (mm) and weights. `resolution`: the finest
@@ -40,15 +46,19 @@ ProfileQuadrature profileQuadrature(SliceProfile profile, double thickness, doub
 /// Gauss's two-point rule for the profile: exact for cubic polynomials along the normal.
 ProfileQuadrature twoPointQuadrature(SliceProfile profile, double thickness);
 
+/// The same along a pixel's edges, for a volume with this finest spacing (mm).
+ProfileQuadrature pixelQuadrature(const Stack& stack, double resolution);
+
 /// The stack's thickness or, if that is 0, its slice spacing (mm).
 double effectiveThickness(const Stack& stack);
 
 /// Observations of a stack in the model frame: one for a regular stack, one per slice if slices have poses.
 /// Leaves out slices without any finite observed voxel. closedForm: additive fields with a Gaussian profile
 /// use the exact covariance instead of sub-planes. smoothAlongNormal: the field cannot vary much within the
-/// slice thickness, so two-point quadrature suffices.
+/// slice thickness, so two-point quadrature suffices. resolution: the finest spacing of the field's data
+/// (mm), for pixels that average.
 std::vector<Observation> observe(const Stack& stack, const Affine3& modelToWorld, const IntensityMap& map,
-                                 bool closedForm, bool smoothAlongNormal = false);
+                                 bool closedForm, bool smoothAlongNormal = false, double resolution = 0);
 
 /// The observation at half the in-plane resolution (and half across slices if they are as close as pixels),
 /// by averaging observed voxels, for coarse-to-fine fitting.

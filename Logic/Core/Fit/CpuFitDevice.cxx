@@ -8,7 +8,7 @@ namespace {
 
 bool rendersAlike(const Observation& a, const Observation& b) {
   return a.grid.indexToModel == b.grid.indexToModel && a.grid.nx == b.grid.nx && a.grid.ny == b.grid.ny &&
-         a.grid.z == b.grid.z && a.psf.active == b.psf.active &&
+         a.grid.z == b.grid.z && a.points == b.points && a.psf.active == b.psf.active &&
          std::equal(std::begin(a.psf.covariance), std::end(a.psf.covariance), b.psf.covariance);
 }
 
@@ -23,7 +23,7 @@ CpuFitDevice::CpuFitDevice(const FitRequest& request, const KernelSet& kernels, 
   for (const Observation& o : halves_)
     addView(o, coarse_);
   for (const Observation& o : *observations_) {
-    buffer = std::max(buffer, o.grid.bufferSize());
+    buffer = std::max(buffer, o.bufferSize());
     addView(o, fine_);
   }
   weights_.resize(buffer);
@@ -32,19 +32,30 @@ CpuFitDevice::CpuFitDevice(const FitRequest& request, const KernelSet& kernels, 
 
 CpuFitDevice::~CpuFitDevice() = default;
 
-void CpuFitDevice::addView(const Observation& o, std::vector<View>& views) const {
-  if (!views.empty() && rendersAlike(*views.back().observation, o))
-    views.push_back({&o, views.back().renderer});
-  else
-    views.push_back({&o, std::make_shared<GridRenderer>(o.grid, kernels_, pool_, o.psf, scratch_)});
+void CpuFitDevice::addView(const Observation& o, std::vector<View>& views) {
+  if (!views.empty() && rendersAlike(*views.back().observation, o)) {
+    views.push_back({&o, views.back().renderers});
+    return;
+  }
+  View view{&o, {}};
+  for (std::size_t p = 0; p < o.points.size(); ++p) {
+    if (p == scratch_.size()) scratch_.push_back(std::make_shared<std::vector<Projected>>());
+    view.renderers.push_back(
+        std::make_shared<GridRenderer>(o.gridOf(p), kernels_, pool_, o.psf, scratch_[p]));
+  }
+  views.push_back(std::move(view));
 }
 
 /// The loss of a view; adds its gradient if that is not empty.
 LossSum CpuFitDevice::addLoss(View& view, const GaussianField& field, std::span<float> gradient) {
-  view.renderer->forward(field, {}, weights_.data(), numerators_.data());
+  const std::size_t part = view.observation->grid.bufferSize();
+  for (std::size_t p = 0; p < view.renderers.size(); ++p)
+    view.renderers[p]->forward(field, {}, weights_.data() + p * part, numerators_.data() + p * part);
   const LossSum sum =
       lossPass(*view.observation, field, rules_.loss, weights_.data(), numerators_.data(), pool_);
-  if (!gradient.empty()) view.renderer->backward(field, weights_.data(), numerators_.data(), gradient);
+  if (gradient.empty()) return sum;
+  for (std::size_t p = 0; p < view.renderers.size(); ++p)
+    view.renderers[p]->backward(field, weights_.data() + p * part, numerators_.data() + p * part, gradient);
   return sum;
 }
 

@@ -24,15 +24,15 @@ public:
 private:
   struct View {
     const Observation* observation;
-    std::shared_ptr<GridRenderer> renderer; // shared by views of one grid
+    std::vector<std::shared_ptr<GridRenderer>> renderers; // one per point; shared by views of one grid
   };
-  void addView(const Observation& observation, std::vector<View>& views) const;
+  void addView(const Observation& observation, std::vector<View>& views);
   LossSum addLoss(View& view, const GaussianField& field, std::span<float> gradient);
 
   FitRules rules_;
   const KernelSet& kernels_;
   ThreadPool& pool_;
-  const GridRenderer::Scratch scratch_ = std::make_shared<std::vector<Projected>>();
+  std::vector<GridRenderer::Scratch> scratch_; // one per point
   std::shared_ptr<const std::vector<Observation>> observations_;
   std::vector<Observation> halves_;
   std::vector<View> fine_, coarse_;

@@ -172,6 +172,7 @@ Stack cropped(const Stack& stack, const Region& region, double margin) {
   part.image.geometry = cropped(from, box.first, size);
   part.thickness = stack.thickness;
   part.profile = stack.profile;
+  part.pixelWidth = stack.pixelWidth;
   part.isRegion = stack.isRegion || size != from.size;
   part.name = stack.name;
   part.thicknessFrom = stack.thicknessFrom;

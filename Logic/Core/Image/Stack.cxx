@@ -53,6 +53,12 @@ void checkStack(const Stack& stack) {
     fail(ErrorCode::InvalidArgument, " has " + std::to_string(stack.times.size()) + " slice times for " +
                                          std::to_string(slices) + " slices: give one per slice or none.");
   checkThickness(stack.thickness, stack.image.geometry, what, !stack.poses.empty());
+  const double pixel = std::min(stack.image.geometry.spacing[0], stack.image.geometry.spacing[1]);
+  if (!(stack.pixelWidth >= 0 && stack.pixelWidth <= kMostOverlap * pixel))
+    fail(ErrorCode::InvalidArgument, " has pixels of " + numberText(pixel) +
+                                         " mm that average over a width of " + numberText(stack.pixelWidth) +
+                                         " mm: give at least 0 and at most " +
+                                         numberText(kMostOverlap * pixel) + " mm.");
   for (const Affine3& pose : stack.poses)
     if (!isRigid(pose))
       fail(ErrorCode::Geometry, " has a slice pose that is not rigid (a rotation and a shift): correct it.");

@@ -18,6 +18,8 @@
 namespace innergs {
 namespace {
 
+constexpr double kLargerPixels = 1.5; // than another scan's, to average over their size
+
 /// Whether some sample points of grid a lie inside grid b's box. With a gap: checks between the
 /// outermost slices of a, and up to that many of b's slice distances before or after b.
 bool reaches(const GridGeometry& a, const GridGeometry& b, double gap) {
@@ -277,6 +279,19 @@ bool predictsEach(const Settings& settings, const DataTraits& traits, std::span<
          chosenBlending(settings) == Blending::Normalised && severalThick(stacks);
 }
 
+double pixelWidth(const Stack& scan, std::span<const Stack> scans, const Settings& settings) {
+  if (scans.size() < 2) return scan.pixelWidth;
+  if (settings.pixelWidth) return *settings.pixelWidth;
+  if (scan.pixelWidth > 0) return scan.pixelWidth;
+  const auto pixel = [](const Stack& s) {
+    return std::min(s.image.geometry.spacing[0], s.image.geometry.spacing[1]);
+  };
+  double finest = pixel(scan);
+  for (const Stack& other : scans)
+    finest = std::min(finest, pixel(other));
+  return pixel(scan) >= kLargerPixels * finest ? pixel(scan) : 0;
+}
+
 double voxelsOf(std::span<const Stack> stacks) {
   double count = 0;
   for (const Stack& stack : stacks)
@@ -455,6 +470,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
     throwIfStopped(stop);
     hash(h, &stack.image.geometry, sizeof(GridGeometry));
     hash(h, &stack.thickness, sizeof(double));
+    hash(h, &stack.pixelWidth, sizeof(double));
     hash(h, &stack.profile, sizeof(stack.profile));
     hash(h, stack.image.voxels.data(), stack.image.voxels.size() * sizeof(float));
     hash(h, stack.observed.data(), stack.observed.size());

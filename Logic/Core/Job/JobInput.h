@@ -38,6 +38,10 @@ bool correctsSlices(const Settings& settings, std::span<const Stack> stacks);
 bool predictsEach(const Settings& settings, const DataTraits& traits, std::span<const Stack> stacks,
                   bool masked);
 
+/// How far the pixels of one of these scans average (mm), see Stack. As set; if nothing is, of several scans
+/// those with pixels clearly larger than another's average over their size.
+double pixelWidth(const Stack& scan, std::span<const Stack> scans, const Settings& settings);
+
 double voxelsOf(std::span<const Stack> stacks);
 
 /// For messages. index: among the input's stacks, from 0.

@@ -46,6 +46,7 @@ std::string JobOutline::key() const {
     for (const Stack& stack : fit.stacks) {
       addGrid(stack.image.geometry);
       add(stack.thickness);
+      add(stack.pixelWidth);
       add(static_cast<double>(stack.profile));
     }
     if (fit.outputGrid) addGrid(*fit.outputGrid);

@@ -26,20 +26,26 @@ struct GridBytes {
   double samples = 0; // fitted, padded: with all axes every voxel counts three times
   double largest = 0; // points of the largest grid, sub-planes and padding included
   double planes = 1;  // of the grid with the most planes
+  double points = 1;  // of a pixel, at most
 };
 
-GridBytes gridsOf(std::span<const Stack> stacks, bool allAxes) {
+GridBytes gridsOf(std::span<const Stack> stacks, const Settings& settings, double voxel, bool allAxes) {
   GridBytes sum;
   for (const Stack& stack : stacks) {
     const GridGeometry& g = stack.image.geometry;
     const auto planes =
         profileQuadrature(stack.profile, effectiveThickness(stack), std::min(g.spacing[0], g.spacing[1]));
+    Stack pixel;
+    pixel.profile = stack.profile;
+    pixel.pixelWidth = pixelWidth(stack, stacks, settings);
+    const auto edge = static_cast<double>(pixelQuadrature(pixel, voxel).offset.size());
+    sum.points = std::max(sum.points, edge * edge);
     for (int axis = 2; axis >= (allAxes ? 0 : 2); --axis) {
       const std::int64_t rows = g.size[axis == 0 ? 1 : 0];
       const double padded = static_cast<double>((rows + 15) / 16 * 16) / static_cast<double>(rows) *
                             static_cast<double>(g.size[0]) * static_cast<double>(g.size[1]) *
                             static_cast<double>(g.size[2]);
-      const double perSlice = static_cast<double>(planes.offset.size());
+      const double perSlice = static_cast<double>(planes.offset.size()) * edge * edge;
       if (axis == 2) sum.voxels += padded;
       sum.samples += padded;
       sum.largest = std::max(sum.largest, padded * perSlice);
@@ -142,7 +148,7 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const bool mayMove = correctsSlices(settings, input.stacks);
   Settings filled = settings;
   const FitPlan plan = makePlan(filled, mayMove ? withMovedSlices(traits) : traits);
-  const GridBytes grids = gridsOf(input.stacks, plan.allAxes);
+  const GridBytes grids = gridsOf(input.stacks, settings, traits.voxel, plan.allAxes);
   const double gaussians = static_cast<double>(
       plan.densify.every > 0 ? std::max(*filled.gaussians, *filled.maxGaussians) : *filled.gaussians);
   const GridGeometry grid = input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks);
@@ -154,8 +160,10 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const double alpha =
       filled.blending == Blending::Alpha ? alphaScratch(plan, traits, grids, gaussians, views) : 0;
   const double densify = plan.densify.every > 0 ? gaussians * (3 * 64.0 + 16) : 0; // while sorting them
-  const double fit = merged + grids.largest * 8 /* W, N */ +
-                     gaussians * (4 * 64.0 + views * (sizeof(Projected) + 16.0) + 16) + alpha + densify;
+  const double fit =
+      merged + grids.largest * 8 /* W, N */ +
+      gaussians * (4 * 64.0 + std::max(views, grids.points) * (sizeof(Projected) + 16.0) + 16) + alpha +
+      densify;
   const double bridged = heldOutFraction(input) > 0 ? grids.voxels * 5 : 0; // see startStacks()
   const double start = bridged + proxy * 13 /* values, coverage, density and its smoothing */;
   const double output = static_cast<double>(grid.voxelCount()) * 4 + 64e6;

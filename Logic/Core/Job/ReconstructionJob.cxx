@@ -7,6 +7,7 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Job/ProgressParts.h"
 #include "Core/Job/ReconstructionRun.h"
+#include "Core/Job/ScansAsAcquired.h"
 #include "Core/Job/SimulatedFit.h"
 
 #include <algorithm>
@@ -64,6 +65,16 @@ ReconstructionInput ReconstructionJob::takeInput() {
 ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhenCancelled) {
   Impl& job = *impl_;
   checkHeldOutFraction(job.input.heldOutFraction);
+  std::optional<ScansAsAcquired> acquired;
+  {
+    ThreadPool pool(job.settings.threads);
+    pool.setStop(stop);
+    try {
+      acquired.emplace(job.input, job.settings, pool);
+    } catch (const Error& error) { // the run stops at once
+      if (error.code() != ErrorCode::Cancelled) throw;
+    }
+  }
   std::optional<ProgressParts> parts;
   if (heldOutFraction(job.input) > 0) parts.emplace(job.progress, partsOf(job.input, job.settings));
   std::optional<Progress> done; // reported once everything is

@@ -41,6 +41,7 @@ Stack someSlices(const Stack& stack, std::int64_t count) {
   Stack some;
   some.thickness = stack.thickness > 0 ? stack.thickness : g.spacing[2];
   some.profile = stack.profile;
+  some.pixelWidth = stack.pixelWidth;
   some.image.geometry = g;
   some.image.geometry.size[2] = 0;
   some.image.geometry.spacing[2] *= static_cast<double>(step);
@@ -267,14 +268,16 @@ GaussianField ReconstructionRun::startField(int member) {
 
 std::vector<Observation> ReconstructionRun::observations(const GaussianField& field) const {
   std::vector<Observation> observations;
+  const Vec3& spacing = prepared_.domain.spacing;
+  const double resolution = std::min({spacing[0], spacing[1], spacing[2]});
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
   int scan = 0;
   for (const Stack& stack : fittedStacks()) {
     const int subset = scan++ % plan_.subsets;
     for (int axis = 2; axis >= (plan_.allAxes ? 0 : 2); --axis)
-      for (Observation& o :
-           observe(withSliceAxis(stack, axis), field.modelToWorld,
-                   {field.intensityScale, field.intensityOffset}, closedForm, plan_.smoothAlongNormal)) {
+      for (Observation& o : observe(withSliceAxis(stack, axis), field.modelToWorld,
+                                    {field.intensityScale, field.intensityOffset}, closedForm,
+                                    plan_.smoothAlongNormal, resolution)) {
         pool_->throwIfStopped();
         o.subset = subset;
         observations.push_back(std::move(o));

@@ -54,6 +54,7 @@ std::vector<Stack> pieceOf(const std::vector<Stack>& stacks, double voxels) {
     Stack part;
     part.thickness = stack.thickness;
     part.profile = stack.profile;
+    part.pixelWidth = stack.pixelWidth;
     GridGeometry& g = part.image.geometry;
     g = stack.image.geometry;
     Vec3 middle;
@@ -126,6 +127,7 @@ std::string keyOf(const ReconstructionInput& input, const Settings& filled, cons
   for (const Stack& stack : input.stacks) {
     add(stack.thickness);
     add(static_cast<double>(stack.profile));
+    add(stack.pixelWidth);
     for (int a = 0; a < 3; ++a) {
       add(stack.image.geometry.spacing[a]);
       add(static_cast<double>(stack.image.geometry.size[a]));

@@ -162,14 +162,23 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
           ? std::vector<float>{}
           : projectToStack(field.residual, blank, pool, ResidualSampler::kKeys);
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
-  for (const Observation& o : observe(blank, field.modelToWorld, {}, closedForm)) {
-    weights.resize(o.grid.bufferSize());
+  const Vec3& spacing = field.region().spacing;
+  const double resolution =
+      field.region().voxelCount() > 0 ? std::min({spacing[0], spacing[1], spacing[2]}) : 0;
+  for (const Observation& o : observe(blank, field.modelToWorld, {}, closedForm, false, resolution)) {
+    weights.resize(o.bufferSize());
     slice.resize(o.sliceSize());
-    const bool ready = renderedOnDevice(options, o.grid, o.psf, weights.data());
+    bool ready = true; // by the device
+    const std::size_t image = static_cast<std::size_t>(o.grid.nx) * o.grid.ny * o.grid.planes();
+    for (std::size_t p = 0; p < o.points.size(); ++p)
+      ready = ready && renderedOnDevice(options, o.gridOf(p), o.psf, weights.data() + p * image);
     if (!ready) {
-      numerators.resize(o.grid.bufferSize());
-      GridRenderer renderer(o.grid, kernels, pool, o.psf);
-      renderer.forward(field, options.values, weights.data(), numerators.data());
+      numerators.resize(o.bufferSize());
+      for (std::size_t p = 0; p < o.points.size(); ++p) {
+        const std::size_t part = p * o.grid.bufferSize();
+        GridRenderer renderer(o.gridOf(p), kernels, pool, o.psf);
+        renderer.forward(field, options.values, weights.data() + part, numerators.data() + part);
+      }
     }
     for (int s = 0; s < o.slices; ++s) {
       if (ready)

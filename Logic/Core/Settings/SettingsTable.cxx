@@ -122,6 +122,18 @@ const std::vector<Setting>& settingsTable() {
                       tr("Learned from the scan's own in-plane detail; interpolation where that is no "
                          "better.")}}}),
 
+      Setting(
+          "acquiredPixels", MEMBER(acquiredPixels), Fit, tr("Pixels as acquired"),
+          tr("Several scans: where a scan is noisy and its pixels look interpolated in plane (zero filling), "
+             "fit the larger ones that were acquired: a better result in less time.")),
+      Setting(
+          "pixelWidth", MEMBER(pixelWidth), Fit, tr("Width of pixels"),
+          tr("Several scans: the width over which a pixel averages the tissue in plane, as a slice does over "
+             "its thickness; 0: not at all."),
+          {.range = between(0, 1000),
+           .unit = tr("mm"),
+           .automatic = tr("their size, where those of another scan are 1.5 times finer"),
+           .usual = 1}),
       Setting("align", MEMBER(align), Fit, tr("Align the scans"),
               tr("Several scans: correct the position and the gain of each after the first to fit the "
                  "others, and say by how much.")),

@@ -70,6 +70,7 @@ std::vector<Stack> simulatedGrids(std::span<const Stack> stacks, const GridGeome
                         stack.poses.begin() + block.first[2] + block.size[2]);
     part.thickness = stack.thickness;
     part.profile = stack.profile;
+    part.pixelWidth = stack.pixelWidth;
     part.name = stack.name;
   }
   return parts;

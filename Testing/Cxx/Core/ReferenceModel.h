@@ -151,8 +151,10 @@ inline std::vector<double> referenceSlices(const Observation& o, const GaussianF
         double value = 0;
         for (int q = 0; q < o.perSlice; ++q) {
           const auto [plane, share] = o.subPlanes[static_cast<std::size_t>(s) * o.perSlice + q];
-          const Vec3 at = o.grid.indexToModel({double(x), double(y), o.grid.z[plane]});
-          value += share * blend(field, gaussians, orders[plane], at);
+          const auto& point = o.points[static_cast<std::size_t>(plane / o.grid.planes())];
+          const int depth = plane % o.grid.planes();
+          const Vec3 at = o.grid.indexToModel({x + point[0], y + point[1], o.grid.z[depth]});
+          value += share * blend(field, gaussians, orders[depth], at);
         }
         image.push_back(value);
       }

@@ -17,6 +17,7 @@ struct FitCase {
   SliceProfile profile;
   double ssimWeight;
   bool relocate, densify;
+  double pixelWidth = 0; // mm
 };
 inline void PrintTo(const FitCase& c, std::ostream* out) {
   *out << c.name;
@@ -25,7 +26,9 @@ inline const FitCase kFitCases[] = {
     {"Normalised", Blending::Normalised, true, SliceProfile::Point, 0, true, false},
     {"NormalisedBox", Blending::Normalised, false, SliceProfile::Box, 0.1, false, false},
     {"AdditiveClosedForm", Blending::Additive, false, SliceProfile::Gaussian, 0, false, true},
-    {"Alpha", Blending::Alpha, false, SliceProfile::Point, 0.1, false, true}};
+    {"Alpha", Blending::Alpha, false, SliceProfile::Point, 0.1, false, true},
+    {"NormalisedWidePixels", Blending::Normalised, true, SliceProfile::Box, 0.1, false, false, 2},
+    {"AlphaWidePixels", Blending::Alpha, false, SliceProfile::Box, 0, false, false, 2}};
 
 /// The fit of a phantom whose Gaussians start on a grid of every third voxel.
 struct Scene {
@@ -38,6 +41,7 @@ struct Scene {
     stack.image = phantom(grid(n, n, n));
     stack.profile = c.profile;
     stack.thickness = c.profile == SliceProfile::Point ? 0 : 2;
+    stack.pixelWidth = c.pixelWidth;
     field.blending = c.blending;
     field.linearIntensity = c.linear;
     for (int k = 1; k < n; k += 3)
@@ -71,7 +75,7 @@ struct Scene {
       plan.densify.thresholds.gradient = 1e-4;
       plan.densify.thresholds.opacity = 0.001;
     }
-    observations = observe(stack, {}, {200, 0}, c.blending == Blending::Additive && !c.linear);
+    observations = observe(stack, {}, {200, 0}, c.blending == Blending::Additive && !c.linear, false, 1);
   }
 
   FitRequest request(std::stop_token stop = {}) const {

@@ -35,6 +35,33 @@ TEST(SimulatedStacks, AreThickStacksWhereNothingMoves) {
   EXPECT_EQ(simulated.poses[2][3], Affine3{});
 }
 
+TEST(SimulatedStacks, HavePixelsThatAverage) {
+  ThreadPool pool(2);
+  const Volume head = testing::headPhantom(32);
+  StacksCase c = smallCase();
+  c.noise = 0;
+  const SimulatedStacks fine = simulateStacks(head, c, pool);
+  c.pixels = {0, 2, 2};
+  const SimulatedStacks wide = simulateStacks(head, c, pool);
+  EXPECT_EQ(wide.stacks[0].image.voxels, fine.stacks[0].image.voxels);
+  const Volume &from = fine.stacks[1].image, &to = wide.stacks[1].image;
+  EXPECT_EQ(to.geometry.size, (std::array<std::int64_t, 3>{16, 16, 8}));
+  EXPECT_EQ(to.geometry.spacing[0], 2);
+  for (int a = 0; a < 3; ++a)
+    EXPECT_NEAR(to.geometry.centre()[a], from.geometry.centre()[a], 1e-9);
+  for (std::int64_t v = 0; v < to.geometry.voxelCount(); ++v) {
+    const std::int64_t first = 2 * (v % 16) + 32 * (2 * (v / 16 % 16) + 32 * (v / 256));
+    const float mean =
+        (from.voxels[first] + from.voxels[first + 1] + from.voxels[first + 32] + from.voxels[first + 33]) / 4;
+    ASSERT_NEAR(to.voxels[static_cast<std::size_t>(v)], mean, 0.01);
+  }
+  c.interpolated = true;
+  const SimulatedStacks stored = simulateStacks(head, c, pool);
+  EXPECT_TRUE(sameGrid(stored.stacks[1].image.geometry, from.geometry));
+  c.pixels = {100};
+  EXPECT_EQ(test::errorOf([&] { simulateStacks(head, c, pool); }).code(), ErrorCode::InvalidArgument);
+}
+
 TEST(SimulatedStacks, MoveShadeAndAreSeeded) {
   ThreadPool pool(2);
   const Volume head = testing::headPhantom(48);

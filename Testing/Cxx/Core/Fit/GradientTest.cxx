@@ -21,6 +21,7 @@ struct Mode {
   bool linear;
   SliceProfile profile;
   bool closedForm;
+  double pixelWidth = 0; // mm
 };
 
 const Mode kModes[] = {
@@ -33,7 +34,10 @@ const Mode kModes[] = {
     {"AdditiveBox", Blending::Additive, false, SliceProfile::Box, false},
     {"AdditiveGaussianClosedForm", Blending::Additive, false, SliceProfile::Gaussian, true},
     {"AlphaThin", Blending::Alpha, false, SliceProfile::Point, false},
-    {"AlphaBox", Blending::Alpha, false, SliceProfile::Box, false}};
+    {"AlphaBox", Blending::Alpha, false, SliceProfile::Box, false},
+    {"NormalisedBoxWidePixels", Blending::Normalised, true, SliceProfile::Box, false, 1.7},
+    {"AdditiveClosedFormWidePixels", Blending::Additive, false, SliceProfile::Gaussian, true, 1.6},
+    {"AlphaBoxWidePixels", Blending::Alpha, false, SliceProfile::Box, false, 1.6}};
 
 struct Loss {
   const char* name;
@@ -88,22 +92,29 @@ struct Pipeline {
   ThreadPool pool{2};
 
   explicit Pipeline(const Mode& mode) {
-    const Stack stack = obliqueStack(mode.profile);
+    Stack stack = obliqueStack(mode.profile);
+    stack.pixelWidth = mode.pixelWidth;
     field = fieldAround(stack, mode);
-    auto observations =
-        observe(stack, field.modelToWorld, {field.intensityScale, field.intensityOffset}, mode.closedForm);
+    auto observations = observe(stack, field.modelToWorld, {field.intensityScale, field.intensityOffset},
+                                mode.closedForm, false, 0.8);
     observation = std::move(observations.at(0));
   }
 
   double loss(const GaussianField& at, const KernelSet& kernels, const LossKinds& kinds,
               std::vector<float>* gradient = nullptr) {
-    GridRenderer renderer(observation.grid, kernels, pool, observation.psf);
-    std::vector<float> w(observation.grid.bufferSize()), n(w.size());
-    renderer.forward(at, {}, w.data(), n.data());
+    std::vector<float> w(observation.bufferSize()), n(w.size());
+    const std::size_t part = observation.grid.bufferSize();
+    std::vector<std::unique_ptr<GridRenderer>> renderers;
+    for (std::size_t p = 0; p < observation.points.size(); ++p) {
+      renderers.push_back(
+          std::make_unique<GridRenderer>(observation.gridOf(p), kernels, pool, observation.psf));
+      renderers[p]->forward(at, {}, w.data() + p * part, n.data() + p * part);
+    }
     const LossSum sum = lossPass(observation, at, kinds, w.data(), n.data(), pool);
     if (gradient) {
       gradient->assign(16 * at.gaussians.size(), 0.f);
-      renderer.backward(at, w.data(), n.data(), *gradient);
+      for (std::size_t p = 0; p < renderers.size(); ++p)
+        renderers[p]->backward(at, w.data() + p * part, n.data() + p * part, *gradient);
     }
     return sum.loss;
   }
@@ -118,10 +129,15 @@ TEST_P(Gradient, TheSliceProfileIsSeenAsTheModeSays) {
   const Observation& o = pipeline.observation;
   EXPECT_EQ(o.slices, 4);
   EXPECT_EQ(o.psf.active, GetParam().closedForm);
-  if (GetParam().profile == SliceProfile::Point || GetParam().closedForm)
-    EXPECT_EQ(o.perSlice, 1);
+  if (GetParam().pixelWidth > 0)
+    EXPECT_GE(o.points.size(), 4u);
   else
-    EXPECT_GE(o.perSlice, 3);
+    EXPECT_EQ(o.points.size(), 1u);
+  const auto points = static_cast<int>(o.points.size());
+  if (GetParam().profile == SliceProfile::Point || GetParam().closedForm)
+    EXPECT_EQ(o.perSlice, points);
+  else
+    EXPECT_GE(o.perSlice, 3 * points);
 }
 
 TEST_P(Gradient, OfEveryParameterIsThatOfTheLoss) {
