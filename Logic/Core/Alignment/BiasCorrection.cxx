@@ -29,7 +29,10 @@ constexpr double kWorthwhile = 0.5;       // dB
 constexpr double kClear = 6;              // dB: motion of slices looks like less
 constexpr double kAir = 0.1;              // share below which Otsu's threshold lies between tissues
 constexpr double kExcess = 1.5;           // of the shared shading relative to the scans' individual shading
-constexpr double kLeast = 0.01;           // range of a scan's own shading that is reported
+// Of the values, what is left of a shared shading that was found: in brains, whose tissue is not flat either
+// (Docs/benchmarks.md).
+constexpr double kLeftShared = 0.025;
+constexpr double kLeast = 0.01; // range of a scan's own shading that is reported
 
 /// The values of the corrected scans at common places.
 struct Common {
@@ -323,6 +326,9 @@ BiasCorrection findFields(std::span<const Stack> stacks, const Search& search, T
     result.scans[part[s]].lowest = std::exp(*low - mean);
     result.scans[part[s]].highest = std::exp(*high - mean);
   }
+  // Shadings that are independent of each other leave a mean of this size; more is anatomy.
+  const double expected = own / count / static_cast<double>(n - 1);
+  result.sharedDeviation = std::sqrt(expected);
   std::vector<double> shared;
   if (search.shared) shared = sharedShading(stacks, c, fields, pool);
   if (!shared.empty()) {
@@ -334,8 +340,6 @@ BiasCorrection findFields(std::span<const Stack> stacks, const Search& search, T
       mean += (logs[p] = valueAt(&c.terms[p * kTerms], all)) / static_cast<double>(c.points);
     for (const double l : logs)
       squared += (l - mean) * (l - mean);
-    // Shadings that are independent of each other leave a mean of this size; more is anatomy.
-    const double expected = own / count / static_cast<double>(n - 1);
     if (squared / static_cast<double>(c.points) <= kExcess * kExcess * expected) {
       all[0] = -mean;
       for (auto& f : fields)
@@ -344,6 +348,7 @@ BiasCorrection findFields(std::span<const Stack> stacks, const Search& search, T
       const auto [low, high] = std::minmax_element(logs.begin(), logs.end());
       result.sharedLowest = std::exp(*low - mean);
       result.sharedHighest = std::exp(*high - mean);
+      result.sharedDeviation = std::min(result.sharedDeviation, kLeftShared);
     }
   }
   for (std::size_t s = 0; s < n; ++s) {

@@ -16,6 +16,7 @@ struct BiasCorrection {
   };
   std::vector<Scan> scans;                    // one per stack; empty: nothing was corrected
   double sharedLowest = 1, sharedHighest = 1; // range in the body of what all scans share; 1: none found
+  double sharedDeviation = 0; // standard deviation, of the values, of what all scans may still share
   double psnrBefore = std::numeric_limits<double>::quiet_NaN(); // dB between the scans, each times one gain;
   double psnrAfter = psnrBefore;                                // NaN: unknown
 };

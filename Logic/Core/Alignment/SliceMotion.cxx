@@ -28,8 +28,9 @@ constexpr double kWorthwhile = 0.5; // dB that poses must gain
 // dB by which one volume must explain all slices better at their poses than at rest. With two stacks, single
 // slices are free enough to fit each other's gaps; packets are not, nor are slices as thin as their pixels.
 constexpr double kConsistentOfTwo = 5, kConsistent = 2, kConsistentWithoutGaps = 0.8;
-constexpr double kFar = 3, kFarAtLeast = 1; // times the median displacement, and mm beyond it: unusually far
-constexpr double kLittle = 0.5;             // weight of slices that are listed
+// Times the median displacement or angle, and mm or degrees beyond that: unusually far.
+constexpr double kFar = 3, kFarAtLeast = 1, kTurnedAtLeast = 3;
+constexpr double kLittle = 0.5; // weight of slices that are listed
 constexpr std::size_t kMostListed = 10;
 constexpr Level kLevels[] = {{4, 6, 4, 0.1, 8}, {2, 5, 3, 0.1, 8}, {1, 5, 2, 0.24, 8}};
 
@@ -488,13 +489,14 @@ std::string sliceMotionSentence(const SliceMotion& m, std::span<const std::strin
         out.emplace_back(s, k);
       else if (pose.weight < kLittle)
         little.emplace_back(s, k);
-      else if (std::isfinite(pose.residual) && pose.displacement > kFar * m.displacement + kFarAtLeast)
+      else if (std::isfinite(pose.residual) && (pose.displacement > kFar * m.displacement + kFarAtLeast ||
+                                                pose.angle > kFar * m.angle + kTurnedAtLeast))
         far.emplace_back(s, k);
     }
   if (!out.empty()) text += " Left out, as they fit no other: " + listOf(out, names) + ".";
   if (!little.empty())
     text += " Counted for less than half, as they fit badly: " + listOf(little, names) + ".";
-  if (!far.empty()) text += " Moved much farther than the others: " + listOf(far, names) + ".";
+  if (!far.empty()) text += " Moved or turned much farther than the others: " + listOf(far, names) + ".";
   return text;
 }
 

@@ -53,7 +53,8 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
                             const std::function<void(double)>& progress = {});
 
 /// What was found, as text for the user; "" if nothing was moved. Lists slices that were left out, that count
-/// for less than half, or that moved much farther than the others. names: of the stacks.
+/// for less than half, or that moved or turned much farther than the
+/// others. names: of the stacks.
 std::string sliceMotionSentence(const SliceMotion& motion, std::span<const std::string> names);
 
 /// Finds poses and gains of single slices (K) of a stack in a volume that was fitted without them, coarse to

@@ -142,7 +142,9 @@ void ReconstructionJob::Impl::estimate(ReconstructionResult& result, const Volum
     ThreadPool pool(settings.threads);
     pool.setStop(stop);
     result.uncertainty = estimateUncertainty(
-        {result.volume, second, placed, result.sliceMotion.moved, seen, result.noise, fitPair}, pool);
+        {result.volume, second, placed, result.sliceMotion.moved, seen, result.noise,
+         settings.keepBias ? 0 : result.bias.sharedDeviation, fitPair},
+        pool);
   } catch (...) {
     failure = failureOf();
   }

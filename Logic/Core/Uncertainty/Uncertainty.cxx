@@ -58,6 +58,7 @@ Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool)
                 "output. Hold out more slices, or choose a larger output.");
   Uncertainty result;
   result.noise = input.noise;
+  result.shading = input.shading;
   std::int64_t held = 0;
   for (int half = 0; half < 2; ++half) {
     const ErrorCurve curve(halves[1 - half]);
@@ -78,7 +79,8 @@ Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool)
   pool.blocks(grid.voxelCount(), 1 << 16, [&](std::int64_t from, std::int64_t to) {
     for (std::int64_t v = from; v < to; ++v) {
       float& value = result.deviation.voxels[static_cast<std::size_t>(v)];
-      const double error = transfer.deviation(curve.at(value), value, near[v]);
+      const double error = std::hypot(transfer.deviation(curve.at(value), value, near[v]),
+                                      input.shading * input.result.voxels[static_cast<std::size_t>(v)]);
       value = static_cast<float>(std::isfinite(near[v]) ? std::min(error, unknown) : unknown);
     }
   });
@@ -109,7 +111,13 @@ std::string uncertaintySentence(const Uncertainty& u) {
                       "them; where slices disagree, as when the patient moved, they hold fewer. ",
                       100 * u.coverage, countText(u.samples).c_str())
           : "How often its intervals hold is unknown: a single slice was held out. ";
-  return known + formatted("Slices measured %.0f %% of the output's voxels.", 100 * measured);
+  const std::string shading =
+      u.shading > 0
+          ? formatted("They also allow for a smooth shading of %.1f %% (standard deviation) that all "
+                      "scans may share, which no held-out slice can show. ",
+                      100 * u.shading)
+          : "";
+  return known + shading + formatted("Slices measured %.0f %% of the output's voxels.", 100 * measured);
 }
 
 } // namespace innergs

@@ -92,6 +92,8 @@ TEST(BiasCorrection, FindsTheShadingBetweenScansToAFewPercent) {
     EXPECT_LT(a.displacement, 0.3);
   }
   EXPECT_EQ(biasSentence(found.scans[1], "Scan 2").find("Scan 2 is shaded by 0."), 0u);
+  EXPECT_GT(found.sharedDeviation, 0);
+  EXPECT_LE(found.sharedDeviation, found.sharedHighest > found.sharedLowest ? 0.025 : 0.2);
 }
 
 /// Scans that overlap in part: what was seen there is not continued beyond, where nothing tells it.
@@ -174,6 +176,7 @@ TEST(BiasCorrection, LeavesUnshadedScansAlone) {
     const BiasCorrection found = findBias(stacks, alignment, false, pool);
     EXPECT_TRUE(found.scans.empty()) << noise;
     EXPECT_EQ(biasSentence(found), "");
+    EXPECT_EQ(found.sharedDeviation, 0) << noise;
   }
 }
 

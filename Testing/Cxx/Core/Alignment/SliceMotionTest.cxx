@@ -371,8 +371,16 @@ TEST(SliceMotion, ListsAtMostTenSlicesAndThoseThatWentFar) {
       std::string::npos)
       << said;
   EXPECT_NE(said.find("for less than half, as they fit badly: slice 2 of cor"), std::string::npos) << said;
-  EXPECT_NE(said.find("Moved much farther than the others: slice 0 of ax (counted"), std::string::npos)
+  EXPECT_NE(said.find("Moved or turned much farther than the others: slice 0 of ax (counted"),
+            std::string::npos)
       << said;
+  motion.slices[1][1].angle = 10; // degrees; half of the slices by less than 2
+  motion.angle = 2;
+  EXPECT_NE(sliceMotionSentence(motion, names).find("the others: slices 0 of ax and 1 of cor"),
+            std::string::npos)
+      << sliceMotionSentence(motion, names);
+  motion.angle = 2.5;
+  EXPECT_NE(sliceMotionSentence(motion, names).find("the others: slice 0 of ax (counted"), std::string::npos);
 }
 
 TEST(SliceMotion, IsTheSameByAnyNumberOfThreadsAndStops) {

@@ -200,5 +200,33 @@ TEST(Uncertainty, HasAPhaseOfItsOwnWhoseStopKeepsTheResult) {
   }
 }
 
+/// Two scans of a head, the second of them shaded by a third along its first axis.
+ReconstructionInput shadedScans() {
+  ReconstructionInput input = scansOf(testing::headPhantom(kWidth), 2);
+  Volume& image = input.stacks[1].image;
+  for (std::size_t v = 0; v < image.voxels.size(); ++v)
+    image.voxels[v] *= 0.67f + 0.66f * static_cast<float>(v % image.geometry.size[0]) /
+                                   static_cast<float>(image.geometry.size[0]);
+  return input;
+}
+
+TEST(Uncertainty, AllowsForShadingThatScansMayShare) {
+  Settings settings = quick();
+  settings.biasField = BiasFieldKind::On;
+  const ReconstructionResult result = ReconstructionJob(shadedScans(), settings).run();
+  ASSERT_TRUE(result.uncertainty);
+  const double shading = result.uncertainty->shading;
+  EXPECT_GT(shading, 0.005);
+  EXPECT_EQ(shading, result.bias.sharedDeviation);
+  for (std::size_t v = 0; v < result.volume.voxels.size(); ++v)
+    ASSERT_GE(result.uncertainty->deviation.voxels[v], 0.999 * shading * result.volume.voxels[v]);
+  EXPECT_NE(uncertaintySentence(*result.uncertainty).find("smooth shading of"), std::string::npos);
+  settings.keepBias = true; // then all have the shading of the first
+  const ReconstructionResult kept = ReconstructionJob(shadedScans(), settings).run();
+  ASSERT_TRUE(kept.uncertainty);
+  EXPECT_EQ(kept.uncertainty->shading, 0);
+  EXPECT_EQ(uncertaintySentence(*kept.uncertainty).find("shading"), std::string::npos);
+}
+
 } // namespace
 } // namespace innergs
