@@ -39,7 +39,7 @@ void CpuFitDevice::addView(const Observation& o, std::vector<View>& views) {
   }
   View view{&o, {}};
   for (std::size_t p = 0; p < o.points.size(); ++p) {
-    if (p == scratch_.size()) scratch_.push_back(std::make_shared<std::vector<Projected>>());
+    if (p == scratch_.size()) scratch_.push_back(std::make_shared<GridRenderer::Buffers>());
     view.renderers.push_back(
         std::make_shared<GridRenderer>(o.gridOf(p), kernels_, pool_, o.psf, scratch_[p]));
   }

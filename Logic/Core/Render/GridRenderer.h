@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Render/Composite.h"
+#include "Core/Render/Projected.h"
 
 #include <memory>
 
@@ -9,9 +10,13 @@ namespace innergs {
 /// holds W and `numerators` N (alpha blending: the transmittance behind all Gaussians, and I).
 class GridRenderer {
 public:
-  /// scratch: shared by renderers that take turns, each doing forward() and backward() in one go; null: its
-  /// own.
-  using Scratch = std::shared_ptr<std::vector<Projected>>;
+  /// What forward() leaves for backward(): large, so renderers that take turns, each doing both in one go,
+  /// share it; null: its own.
+  struct Buffers {
+    NearGaussians near; // or all; `number` is then empty
+    Tiles tiles;
+  };
+  using Scratch = std::shared_ptr<Buffers>;
   GridRenderer(SampleGrid grid, const KernelSet& kernels, ThreadPool& pool, ClosedFormPsf psf = {},
                Scratch scratch = {});
 
@@ -33,9 +38,8 @@ private:
   const KernelSet& kernels_;
   ThreadPool& pool_;
   ClosedFormPsf psf_;
-  Tiles tiles_;
   Compositor compositor_;
-  Scratch projected_;
+  Scratch scratch_;
 };
 
 } // namespace innergs

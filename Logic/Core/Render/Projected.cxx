@@ -22,6 +22,8 @@ ProjectionFrame projectionFrame(const SampleGrid& grid) {
 
 namespace {
 
+constexpr std::int64_t kBlock = 2048; // Gaussians per task
+
 ProjectionRules rulesOf(const GaussianField& field, const ClosedFormPsf& psf, Selection selection) {
   return {static_cast<float>(field.cutoff * field.cutoff), field.blending, field.linearIntensity, selection,
           psf};
@@ -63,27 +65,40 @@ void project(const GaussianField& field, std::span<const float> values, const Sa
   const ProjectionFrame frame = projectionFrame(grid);
   const ProjectionRules rules = rulesOf(field, psf, selection);
   out.resize(field.gaussians.size());
-  pool.blocks(field.size(), 2048, [&](std::int64_t first, std::int64_t last) {
+  pool.blocks(field.size(), kBlock, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t i = first; i < last; ++i)
       projectGaussian(field.gaussians[i], values.empty() ? nullptr : &values[i], frame, rules, out[i]);
   });
 }
 
 void projectNear(const GaussianField& field, std::span<const float> values, const SampleGrid& grid,
-                 const ClosedFormPsf& psf, ThreadPool& pool, std::vector<Projected>& out) {
+                 const ClosedFormPsf& psf, ThreadPool& pool, NearGaussians& out) {
   const ProjectionFrame frame = projectionFrame(grid);
   const ProjectionRules rules = rulesOf(field, psf, Selection::Exact);
   const PlaneReach reaches(frame, rules, grid.z.front(), grid.z.back());
-  Projected missed{};
-  std::fill(std::begin(missed.half), std::end(missed.half), -1.f);
-  out.resize(field.gaussians.size());
-  pool.blocks(field.size(), 2048, [&](std::int64_t first, std::int64_t last) {
+  out.number.resize(field.gaussians.size());
+  std::vector<std::int64_t> counts(static_cast<std::size_t>((field.size() + kBlock - 1) / kBlock));
+  pool.blocks(field.size(), kBlock, [&](std::int64_t first, std::int64_t last) {
+    std::int64_t at = first;
     for (std::int64_t i = first; i < last; ++i)
-      if (reaches(field.gaussians[i]))
-        projectGaussian(field.gaussians[i], values.empty() ? nullptr : &values[i], frame, rules, out[i]);
-      else
-        out[i] = missed;
+      if (reaches(field.gaussians[i])) out.number[at++] = static_cast<std::uint32_t>(i);
+    counts[first / kBlock] = at - first;
   });
+  auto end = out.number.begin();
+  for (std::size_t b = 0; b < counts.size(); ++b) {
+    const auto from = out.number.begin() + static_cast<std::ptrdiff_t>(b * kBlock);
+    end = std::copy(from, from + counts[b], end);
+  }
+  out.number.erase(end, out.number.end());
+  out.projected.resize(out.number.size());
+  pool.blocks(static_cast<std::int64_t>(out.number.size()), kBlock,
+              [&](std::int64_t first, std::int64_t last) {
+                for (std::int64_t n = first; n < last; ++n) {
+                  const std::uint32_t i = out.number[n];
+                  projectGaussian(field.gaussians[i], values.empty() ? nullptr : &values[i], frame, rules,
+                                  out.projected[n]);
+                }
+              });
 }
 
 float edgeClearance(const Projected& p, const SampleGrid& grid) {

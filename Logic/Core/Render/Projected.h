@@ -13,11 +13,16 @@ void project(const GaussianField& field, std::span<const float> values, const Sa
              const ClosedFormPsf& psf, ThreadPool& pool, std::vector<Projected>& out,
              Selection selection = Selection::Exact);
 
-/// The same for Selection::Exact, but Gaussians whose cut-off ellipsoids miss the grid's planes are only
-/// marked by negative half extents, which cover no plane. Saves time on a grid that shows few of a field's
-/// Gaussians, such as a posed slice.
+/// Projected Gaussians of a field, in its order.
+struct NearGaussians {
+  std::vector<std::uint32_t> number; // in the field
+  std::vector<Projected> projected;
+};
+
+/// The same for Selection::Exact, without Gaussians whose cut-off ellipsoids miss the grid's planes. Saves
+/// time and memory on a grid that shows few of a field's Gaussians, such as a posed slice.
 void projectNear(const GaussianField& field, std::span<const float> values, const SampleGrid& grid,
-                 const ClosedFormPsf& psf, ThreadPool& pool, std::vector<Projected>& out);
+                 const ClosedFormPsf& psf, ThreadPool& pool, NearGaussians& out);
 
 /// The smallest distance between any point of a grid and the edge of the cut-off ellipsoid, in units of
 /// the exponent. Gradients jump where a point crosses that edge, so devices with different rounding may

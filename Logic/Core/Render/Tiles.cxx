@@ -5,7 +5,7 @@ namespace {
 constexpr std::int64_t kGaussiansPerTask = 8192; // fixed, so the order never depends on the threads
 } // namespace
 
-Tiles::Tiles(const GridView& grid, int planesPerTile) {
+void Tiles::divide(const GridView& grid, int planesPerTile) {
   planes_ = std::min(planesPerTile, grid.nz);
   tilesZ_ = (grid.nz + planes_ - 1) / planes_;
   rows_ = tilesZ_ >= 12 ? std::max(1, grid.ny) : std::clamp(grid.ny * tilesZ_ / 24, 16, 64);

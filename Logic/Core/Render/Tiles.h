@@ -7,7 +7,10 @@ namespace innergs {
 /// reach it. One task owns a tile, so a voxel's sum never depends on the number of threads.
 class Tiles {
 public:
-  explicit Tiles(const GridView& grid, int planesPerTile = 8);
+  Tiles() = default;
+  explicit Tiles(const GridView& grid, int planesPerTile = 8) { divide(grid, planesPerTile); }
+  /// Divides another grid; its lists are empty until bin().
+  void divide(const GridView& grid, int planesPerTile = 8);
   void bin(std::span<const Projected> gaussians, const GridView& grid, ThreadPool& pool);
 
   std::int64_t count() const { return static_cast<std::int64_t>(tilesY_) * tilesZ_; }
@@ -33,7 +36,7 @@ public:
 private:
   Reach find(const Projected& gaussian, const GridView& grid) const;
 
-  int rows_, planes_, tilesY_, tilesZ_;
+  int rows_ = 1, planes_ = 1, tilesY_ = 0, tilesZ_ = 0;
   std::vector<std::int64_t> start_, cursor_;
   std::vector<std::uint32_t> ids_;
   std::vector<Reach> reach_;
