@@ -18,7 +18,8 @@ GridView GridRenderer::view() const {
 void GridRenderer::forward(const GaussianField& field, std::span<const float> values, float* weights,
                            float* numerators) {
   const GridView grid = view();
-  auto& [near, tiles] = *scratch_;
+  NearGaussians& near = scratch_->near;
+  Tiles& tiles = scratch_->tiles;
   if (field.blending == Blending::Alpha || kernels_.selection != Selection::Exact) {
     near.number.clear();
     project(field, values, grid_, psf_, pool_, near.projected, kernels_.selection);
@@ -46,7 +47,8 @@ void GridRenderer::forward(const GaussianField& field, std::span<const float> va
 void GridRenderer::backward(const GaussianField& field, const float* f0, const float* f1,
                             std::span<float> gradient) {
   const GridView grid = view();
-  const auto& [near, tiles] = *scratch_;
+  const NearGaussians& near = scratch_->near;
+  const Tiles& tiles = scratch_->tiles;
   const FieldGradient chain(field, grid_, psf_);
   const bool alpha = field.blending == Blending::Alpha;
   if (alpha) compositor_.backward(near.projected, grid, pool_, f0, f1);
