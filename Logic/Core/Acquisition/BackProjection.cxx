@@ -14,7 +14,8 @@ namespace {
 
 // From here on, pixels overlap enough to amplify noise; chosen by measurement (Docs/benchmarks.md).
 constexpr double kMostPixels = 1.25;
-constexpr double kNoiseShare = 0.1; // of the noise, below which differences are not worth an iteration
+constexpr std::int64_t kPerTask = 1 << 14; // values
+constexpr double kNoiseShare = 0.1;        // of the noise, below which differences are not worth an iteration
 
 /// Sub-planes no further apart than the volume's own spacing along the normal: exact for a box that spans
 /// whole voxels.
@@ -46,15 +47,19 @@ void spreadAlong(std::vector<float>& differences, const std::vector<double>& wei
   if (weights.size() == 1) return;
   const auto reach = static_cast<std::int64_t>(weights.size() / 2);
   std::vector<float> out(differences.size(), 0.f);
-  pool.run(static_cast<std::int64_t>(differences.size()) / block, [&](std::int64_t b) {
-    const std::int64_t at = b % n;
-    for (std::int64_t from = std::max<std::int64_t>(0, at - reach); from <= std::min(n - 1, at + reach);
-         ++from) {
-      const auto w = static_cast<float>(weights[static_cast<std::size_t>(from - at + reach)]);
-      for (std::int64_t p = 0; p < block; ++p)
-        out[b * block + p] += w * differences[(b - at + from) * block + p];
-    }
-  });
+  const auto blocks = static_cast<std::int64_t>(differences.size()) / block;
+  pool.blocks(blocks, std::max<std::int64_t>(1, kPerTask / block),
+              [&](std::int64_t first, std::int64_t last) {
+                for (std::int64_t b = first; b < last; ++b) {
+                  const std::int64_t at = b % n;
+                  for (std::int64_t from = std::max<std::int64_t>(0, at - reach);
+                       from <= std::min(n - 1, at + reach); ++from) {
+                    const auto w = static_cast<float>(weights[static_cast<std::size_t>(from - at + reach)]);
+                    for (std::int64_t p = 0; p < block; ++p)
+                      out[b * block + p] += w * differences[(b - at + from) * block + p];
+                  }
+                }
+              });
   differences = std::move(out);
 }
 

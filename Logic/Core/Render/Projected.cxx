@@ -87,7 +87,7 @@ void projectNear(const GaussianField& field, std::span<const float> values, cons
   auto end = out.number.begin();
   for (std::size_t b = 0; b < counts.size(); ++b) {
     const auto from = out.number.begin() + static_cast<std::ptrdiff_t>(b * kBlock);
-    end = std::copy(from, from + counts[b], end);
+    end = end == from ? from + counts[b] : std::copy(from, from + counts[b], end);
   }
   out.number.erase(end, out.number.end());
   out.projected.resize(out.number.size());
