@@ -33,7 +33,8 @@ ScansAsAcquired::ScansAsAcquired(ReconstructionInput& input, const Settings& set
     : input_(input), outputGrid_(input.outputGrid), cropToMask_(input.cropToMask) {
   auto& scans = input.stacks;
   others_.resize(scans.size());
-  if (scans.size() > 1 && settings.acquiredPixels && std::all_of(scans.begin(), scans.end(), complete))
+  if (settings.acquiredPixels && settings.preset != Preset::Paper &&
+      std::all_of(scans.begin(), scans.end(), complete))
     for (std::size_t s = 0; s < scans.size(); ++s) {
       const std::array<double, 2> factors = interpolationFactors(scans[s], pool);
       if (factors == std::array<double, 2>{1, 1}) continue;

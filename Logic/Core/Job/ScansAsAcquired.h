@@ -3,9 +3,10 @@
 
 namespace innergs {
 
-/// Gives several scans, while it lives, the pixels with which they were acquired (Settings::acquiredPixels,
+/// Gives scans, while it lives, the pixels with which they were acquired (Settings::acquiredPixels,
 /// InterpolatedPixels.h) and the widths over which these average (pixelWidth()). The output grid stays as it
-/// would have been. Scans with poses keep their pixels. Throws Error(Cancelled).
+/// would have been. Scans with poses, and all with the paper's preset, keep their pixels. Throws
+/// Error(Cancelled).
 class ScansAsAcquired {
 public:
   ScansAsAcquired(ReconstructionInput& input, const Settings& settings, ThreadPool& pool);

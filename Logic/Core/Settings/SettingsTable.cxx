@@ -124,8 +124,8 @@ const std::vector<Setting>& settingsTable() {
 
       Setting(
           "acquiredPixels", MEMBER(acquiredPixels), Fit, tr("Pixels as acquired"),
-          tr("Several scans: where a scan is noisy and its pixels look interpolated in plane (zero filling), "
-             "fit the larger ones that were acquired: a better result in less time.")),
+          tr("Where a scan is noisy and its pixels look interpolated in plane (zero filling), fit the larger "
+             "ones that were acquired: a better result in less time.")),
       Setting(
           "pixelWidth", MEMBER(pixelWidth), Fit, tr("Width of pixels"),
           tr("Several scans: the width over which a pixel averages the tissue in plane, as a slice does over "

@@ -73,14 +73,34 @@ TEST(ScansAsAcquired, KeepTheOutputGridAndTheJobsInput) {
   EXPECT_FALSE(after.cropToMask);
 }
 
-TEST(ScansAsAcquired, OfASingleScanStay) {
+TEST(ScansAsAcquired, ASingleOneIsBetterToo) {
+  const Volume head = testing::headPhantom(kHeadWidth);
   ReconstructionInput input = interpolatedScans(12);
-  input.stacks.resize(1);
+  input.stacks.erase(input.stacks.begin(), input.stacks.begin() + 2); // the axial one stays
+  input.outputGrid = head.geometry;
+  Settings settings = still();
+  const double acquired = psnr(reconstruct(input, settings).volume, head);
+  settings.acquiredPixels = false;
+  EXPECT_GT(acquired, psnr(reconstruct(input, settings).volume, head) + 0.5);
+}
+
+TEST(ScansAsAcquired, StayWithThePaperAndWithPoses) {
   ThreadPool pool(1);
+  Settings paper = still();
+  paper.preset = Preset::Paper;
+  ReconstructionInput input = interpolatedScans(12);
   const GridGeometry stored = input.stacks.front().image.geometry;
+  {
+    const ScansAsAcquired acquired(input, paper, pool);
+    EXPECT_EQ(input.stacks.front().image.geometry, stored);
+  }
+  {
+    const ScansAsAcquired acquired(input, still(), pool);
+    EXPECT_NE(input.stacks.front().image.geometry, stored);
+  }
+  input.stacks[1].poses.assign(static_cast<std::size_t>(input.stacks[1].image.geometry.size[2]), {});
   const ScansAsAcquired acquired(input, still(), pool);
   EXPECT_EQ(input.stacks.front().image.geometry, stored);
-  EXPECT_EQ(input.stacks.front().pixelWidth, 0);
 }
 
 TEST(ScansAsAcquired, WithPixelsOfDifferentSizesAverageOverThem) {
