@@ -64,6 +64,7 @@ ReconstructionInput ReconstructionJob::takeInput() {
 }
 ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhenCancelled) {
   Impl& job = *impl_;
+  checkSettings(job.settings);
   checkHeldOutFraction(job.input.heldOutFraction);
   std::optional<ScansAsAcquired> acquired;
   {
