@@ -17,6 +17,7 @@ constexpr std::int64_t kFewestPixels = 32, kTriedSlices = 8;
 // what any factor may miss, both medians, beside the detail that the larger pixels show; and the root mean
 // square that a factor may miss, beside the noise.
 constexpr double kInterpolated = 0.1, kMissed = 0.2, kMissedOfNoise = 0.2;
+constexpr double kOwnDetail = 0.8; // least share of a slice's detail that its neighbours do not show
 
 double lanczos(double x) {
   const double y = std::numbers::pi * x;
@@ -133,14 +134,20 @@ std::array<double, 2> interpolationFactors(const Stack& stack, ThreadPool& pool)
       found[axis] = factor;
     }
   if (missed[0].empty() && missed[1].empty()) return found;
-  // The noise of pixels that were interpolated is only seen without them: their neighbours share it.
-  const double noise = estimateNoise(withLargerPixels(stack, found, pool).image);
-  for (int axis = 0; axis < 2; ++axis) {
-    found[axis] = 1;
-    for (std::size_t f = 0; f < missed[axis].size(); ++f)
-      if (missed[axis][f] <= kMissedOfNoise * noise) found[axis] = kFactors[f];
+  // The noise of pixels that were interpolated is only seen without them: their neighbours share it. In
+  // pixels that are too large, structure looks like noise, but slices share it.
+  for (;;) {
+    const Volume larger = withLargerPixels(stack, found, pool).image;
+    if (ownShareOfDetail(larger) < kOwnDetail) return {1, 1};
+    const double noise = estimateNoise(larger);
+    std::array<double, 2> fitting{1, 1};
+    for (int axis = 0; axis < 2; ++axis)
+      for (std::size_t f = 0; f < missed[axis].size(); ++f)
+        if (kFactors[f] <= found[axis] && missed[axis][f] <= kMissedOfNoise * noise)
+          fitting[axis] = kFactors[f];
+    if (fitting == found || fitting == std::array<double, 2>{1, 1}) return fitting;
+    found = fitting;
   }
-  return found;
 }
 
 Stack withLargerPixels(const Stack& stack, const std::array<double, 2>& factors, ThreadPool& pool) {

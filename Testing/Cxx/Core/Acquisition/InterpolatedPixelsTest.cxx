@@ -53,6 +53,22 @@ TEST(InterpolatedPixels, AreLeftWithoutNoise) {
   EXPECT_EQ(factorsOf(filled(noisyHead(0), {0.5, 0.5})), (std::array<double, 2>{1, 1}));
 }
 
+/// Coarse enough, waves look like noise.
+TEST(InterpolatedPixels, AreNoSmoothWaves) {
+  Stack waves = testing::pointStack(testing::headPhantom(kHeadWidth));
+  const auto& n = waves.image.geometry.size;
+  for (const double length : {4.0, 8.0, 12.0, 20.0}) {
+    const double a = 2 * 3.14159265 / length;
+    for (std::int64_t v = 0; v < waves.image.geometry.voxelCount(); ++v) {
+      const double x = static_cast<double>(v % n[0]) - 24, y = static_cast<double>(v / n[0] % n[1]) - 24,
+                   z = static_cast<double>(v / (n[0] * n[1])) - 24;
+      waves.image.voxels[v] = static_cast<float>(80 * (1 + 0.3 * std::sin(a * x) * std::cos(0.8 * a * y)) /
+                                                 (1 + std::exp(std::hypot(x, y, z) - 14)));
+    }
+    EXPECT_EQ(factorsOf(waves), (std::array<double, 2>{1, 1})) << length;
+  }
+}
+
 TEST(InterpolatedPixels, AreNotSoughtInWhatCannotShowThem) {
   const std::array<double, 2> none{1, 1};
   Stack broken = filled(noisyHead(6), {0.5, 0.5});
