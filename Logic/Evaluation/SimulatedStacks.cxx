@@ -118,14 +118,12 @@ struct Shading {
 /// The tissue at the points of a grid, averaged around each.
 std::vector<float> averagedInPlane(const ItkCubic& tissue, const GridGeometry& grid,
                                    const ProfileQuadrature& within, ThreadPool& pool) {
-  const std::size_t edge = within.offset.size();
   std::vector<float> sum(static_cast<std::size_t>(grid.voxelCount()), 0.f);
   GridGeometry moved = grid;
-  for (std::size_t p = 0; p < edge * edge; ++p) {
-    moved.origin = grid.indexToWorld()(
-        {within.offset[p % edge] / grid.spacing[0], within.offset[p / edge] / grid.spacing[1], 0});
+  for (const PixelPoint& point : pixelPoints(within, grid.spacing)) {
+    moved.origin = grid.indexToWorld()({point.offset[0], point.offset[1], 0});
     const std::vector<float> values = tissue.on(moved, pool);
-    const auto weight = static_cast<float>(within.weight[p % edge] * within.weight[p / edge]);
+    const auto weight = static_cast<float>(point.weight);
     for (std::size_t v = 0; v < sum.size(); ++v)
       sum[v] += weight * values[v];
   }

@@ -223,17 +223,16 @@ std::vector<float> projectToPoints(const Volume& volume, const Stack& stack, Thr
 
 std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool, float keys) {
   const Vec3& spacing = volume.geometry.spacing;
-  const ProfileQuadrature pixel = pixelQuadrature(stack, std::min({spacing[0], spacing[1], spacing[2]}));
-  const std::size_t edge = pixel.offset.size();
-  if (edge == 1) return projectToPoints(volume, stack, pool, keys);
   const GridGeometry& g = stack.image.geometry;
+  const std::vector<PixelPoint> points =
+      pixelPoints(pixelQuadrature(stack, std::min({spacing[0], spacing[1], spacing[2]})), g.spacing);
+  if (points.size() == 1) return projectToPoints(volume, stack, pool, keys);
   std::vector<float> sums(static_cast<std::size_t>(g.voxelCount()), 0.f), weights = sums;
-  Stack point = stack;
-  for (std::size_t p = 0; p < edge * edge; ++p) {
-    point.image.geometry.origin =
-        g.indexToWorld()({pixel.offset[p % edge] / g.spacing[0], pixel.offset[p / edge] / g.spacing[1], 0});
-    const std::vector<float> seen = projectToPoints(volume, point, pool, keys);
-    const auto weight = static_cast<float>(pixel.weight[p % edge] * pixel.weight[p / edge]);
+  Stack moved = stack;
+  for (const PixelPoint& point : points) {
+    moved.image.geometry.origin = g.indexToWorld()({point.offset[0], point.offset[1], 0});
+    const std::vector<float> seen = projectToPoints(volume, moved, pool, keys);
+    const auto weight = static_cast<float>(point.weight);
     for (std::size_t v = 0; v < seen.size(); ++v) {
       if (!std::isfinite(seen[v])) continue;
       sums[v] += weight * seen[v];

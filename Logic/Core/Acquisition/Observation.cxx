@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace innergs {
 namespace {
@@ -27,22 +28,20 @@ void placePlanes(Observation& o, const ProfileQuadrature& quadrature, double sli
 }
 
 /// Repeats the sub-planes for every point of a pixel.
-void placePoints(Observation& o, const ProfileQuadrature& pixel, const Vec3& spacing) {
-  const std::size_t edge = pixel.offset.size();
-  if (edge == 1) return;
+void placePoints(Observation& o, std::span<const PixelPoint> points) {
+  if (points.size() == 1) return;
   o.points.clear();
-  for (std::size_t p = 0; p < edge * edge; ++p)
-    o.points.push_back({pixel.offset[p % edge] / spacing[0], pixel.offset[p / edge] / spacing[1]});
+  for (const PixelPoint& point : points)
+    o.points.push_back(point.offset);
   const std::vector<Observation::SubPlane> planes = std::move(o.subPlanes);
   const auto perSlice = static_cast<std::size_t>(o.perSlice);
   o.subPlanes.clear();
   for (std::size_t first = 0; first < planes.size(); first += perSlice)
-    for (std::size_t p = 0; p < edge * edge; ++p)
+    for (std::size_t p = 0; p < points.size(); ++p)
       for (std::size_t q = first; q < first + perSlice; ++q)
-        o.subPlanes.push_back(
-            {planes[q].plane + static_cast<int>(p) * o.grid.planes(),
-             static_cast<float>(planes[q].weight * pixel.weight[p % edge] * pixel.weight[p / edge])});
-  o.perSlice *= static_cast<int>(edge * edge);
+        o.subPlanes.push_back({planes[q].plane + static_cast<int>(p) * o.grid.planes(),
+                               static_cast<float>(planes[q].weight * points[p].weight)});
+  o.perSlice *= static_cast<int>(points.size());
 }
 
 ClosedFormPsf gaussianPsf(const Stack& stack, const Affine3& worldToModel, const Affine3& pose) {
@@ -101,7 +100,7 @@ Observation observeSlices(const Stack& stack, int first, int last, const Affine3
   if (smoothAlongNormal && quadrature.offset.size() > 2)
     quadrature = twoPointQuadrature(stack.profile, effectiveThickness(stack));
   placePlanes(o, quadrature, g.spacing[2]);
-  if (resolution > 0) placePoints(o, pixelQuadrature(stack, resolution), g.spacing);
+  if (resolution > 0) placePoints(o, pixelPoints(pixelQuadrature(stack, resolution), g.spacing));
   return o;
 }
 
@@ -117,6 +116,15 @@ ProfileQuadrature pixelQuadrature(const Stack& stack, double resolution) {
   const SliceProfile profile =
       stack.profile == SliceProfile::Point ? SliceProfile::Box : stack.profile; // of thin slices
   return profileQuadrature(profile, stack.pixelWidth, resolution);
+}
+
+std::vector<PixelPoint> pixelPoints(const ProfileQuadrature& edge, const Vec3& spacing) {
+  std::vector<PixelPoint> points;
+  for (std::size_t j = 0; j < edge.offset.size(); ++j)
+    for (std::size_t i = 0; i < edge.offset.size(); ++i)
+      points.push_back(
+          {{edge.offset[i] / spacing[0], edge.offset[j] / spacing[1]}, edge.weight[i] * edge.weight[j]});
+  return points;
 }
 
 double effectiveThickness(const Stack& stack) {

@@ -49,6 +49,13 @@ ProfileQuadrature twoPointQuadrature(SliceProfile profile, double thickness);
 /// The same along a pixel's edges, for a volume with this finest spacing (mm).
 ProfileQuadrature pixelQuadrature(const Stack& stack, double resolution);
 
+/// The points that this gives for a pixel.
+struct PixelPoint {
+  std::array<double, 2> offset; // from the pixel's centre: pixels along I and J
+  double weight;                // sums to 1
+};
+std::vector<PixelPoint> pixelPoints(const ProfileQuadrature& edge, const Vec3& spacing);
+
 /// The stack's thickness or, if that is 0, its slice spacing (mm).
 double effectiveThickness(const Stack& stack);
 
