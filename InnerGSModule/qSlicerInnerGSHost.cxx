@@ -595,7 +595,10 @@ void qSlicerInnerGSHost::fitRegion(vtkMRMLNode* node) {
 VolumeInfo qSlicerInnerGSHost::volumeInfo(const QString& id) const {
   auto* node = nodeOf<vtkMRMLVolumeNode>(scene_, id);
   VolumeInfo info = infoOf(node);
-  if (logic_ && info.sliceAxis == 2) info.sliceThickness = logic_->GetDicomSliceThickness(node);
+  if (logic_ && info.sliceAxis == 2) {
+    info.sliceThickness = logic_->GetDicomSliceThickness(node);
+    info.passes = logic_->GetNumberOfInterleavedPasses(node);
+  }
   return info;
 }
 

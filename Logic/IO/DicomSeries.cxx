@@ -1,6 +1,7 @@
 #include "IO/DicomSeries.h"
 
 #include "Core/Base/NumberText.h"
+#include "IO/DicomTimes.h"
 #include "IO/FilePath.h"
 #include "IO/ItkImage.h"
 
@@ -23,7 +24,7 @@ struct Slice {
   GridGeometry geometry; // one slice
   double thickness = 0;
   std::vector<float> voxels;
-  std::optional<double> acquired, triggered; // s after midnight or the trigger
+  std::string acquired, triggered; // AcquisitionTime and TriggerTime, as stored
 };
 
 std::string tag(const itk::ImageIOBase& io, const char* key) {
@@ -41,31 +42,6 @@ itk::GDCMImageIO::Pointer openDicom(const std::string& file) {
   return io;
 }
 
-/// From DICOM's HHMMSS.FFFFFF.
-std::optional<double> secondsAfterMidnight(const std::string& text) {
-  const auto time = wholeTextNumber(text);
-  if (!time || text.size() < 6 || !(*time >= 0 && *time < 240000)) return std::nullopt;
-  const double hours = std::floor(*time / 10000), minutes = std::floor(*time / 100) - 100 * hours;
-  return 3600 * hours + 60 * minutes + std::fmod(*time, 100);
-}
-
-/// When the slices were acquired; empty where one does not say, or all say the same.
-std::vector<double> timesOf(const std::vector<Slice>& slices) {
-  for (const auto which : {&Slice::acquired, &Slice::triggered}) {
-    std::vector<double> times;
-    for (const Slice& slice : slices)
-      if (slice.*which && std::isfinite(*(slice.*which))) times.push_back(*(slice.*which));
-    if (times.size() != slices.size()) continue;
-    const auto [first, last] = std::minmax_element(times.begin(), times.end());
-    if (*first == *last) continue;
-    if (constexpr double day = 86400; *last - *first > day / 2) // past midnight
-      for (double& time : times)
-        if (time < day / 2) time += day;
-    return times;
-  }
-  return {};
-}
-
 Slice readSlice(const std::string& file) {
   const std::string what = quoted(pathOf(file));
   return withItk(ErrorCode::FileFormat, what + " is a damaged or unsupported DICOM file; export it again.",
@@ -76,9 +52,8 @@ Slice readSlice(const std::string& file) {
                    Slice slice{header.geometry,
                                leadingNumber(tag(*io, "0018|0050")).value_or(0),
                                {},
-                               secondsAfterMidnight(tag(*io, "0008|0032")),
-                               leadingNumber(tag(*io, "0018|1060"))};
-                   if (slice.triggered) *slice.triggered /= 1000; // ms
+                               tag(*io, "0008|0032"),
+                               tag(*io, "0018|1060")};
                    const double count = double(header.geometry.size[0]) * double(header.geometry.size[1]) *
                                         double(header.geometry.size[2]);
                    checkMemoryFor(count * (sizeof(float) + io->GetComponentSize()), what);
@@ -400,7 +375,12 @@ DicomSeries readDicomSeries(const std::filesystem::path& folder, std::optional<i
     return dot(a.geometry.origin, normal) < dot(b.geometry.origin, normal);
   });
   layOut(slices, normal, series, what);
-  series.sliceTimes = timesOf(slices);
+  std::vector<std::string> acquired, triggered;
+  for (const Slice& slice : slices) {
+    acquired.push_back(slice.acquired);
+    triggered.push_back(slice.triggered);
+  }
+  series.sliceTimes = dicomSliceTimes(acquired, triggered);
   const GridGeometry& geometry = series.volume.geometry;
   checkMemoryFor(double(geometry.voxelCount()) * sizeof(float), what);
   series.volume.voxels.reserve(static_cast<std::size_t>(geometry.voxelCount()));

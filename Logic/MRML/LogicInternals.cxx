@@ -1,9 +1,10 @@
 #include "LogicInternals.h"
 
+#include "Core/Acquisition/SliceOrder.h"
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
 #include "IO/FilePath.h"
-#include "SliceThickness.h"
+#include "SliceHeaders.h"
 
 #include <vtkMRMLScalarVolumeNode.h>
 
@@ -76,6 +77,11 @@ mrml::ThicknessOf vtkSlicerInnerGSLogic::Internals::thicknessOf() const {
     const double thickness = mrml::dicomSliceThickness(volume, dicom);
     return thickness > 0 ? thickness : mrml::bidsSliceThickness(volume);
   };
+}
+
+int vtkSlicerInnerGSLogic::Internals::passesOf(vtkMRMLVolumeNode* volume) const {
+  const std::vector<double> times = mrml::dicomSliceTimes(volume, dicom);
+  return innergs::interleavedPasses(times.empty() ? mrml::bidsSliceTimes(volume) : times);
 }
 
 std::shared_ptr<mrml::Task> vtkSlicerInnerGSLogic::Internals::taskOf(vtkSlicerInnerGSJob* job) const {

@@ -108,6 +108,7 @@ struct vtkSlicerInnerGSLogic::Internals {
   void fail(const innergs::Failure& failure);
   innergs::JobOutline outlineOf(vtkMRMLInnerGSParameterNode* parameters); // throws Error
   innergs::mrml::ThicknessOf thicknessOf() const;
+  int passesOf(vtkMRMLVolumeNode* volume) const; // see GetNumberOfInterleavedPasses()
   void stopFollowing(const std::function<bool(const innergs::mrml::SliceFollower&)>& which);
   void showFine(const std::shared_ptr<innergs::mrml::SliceFollower>& follower,
                 const innergs::mrml::FinePlanes::Plane& plane);

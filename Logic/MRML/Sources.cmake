@@ -33,7 +33,7 @@ set(INNERGS_LOGIC_PRIVATE_SOURCES
   SegmentQueries.cxx
   SegmentationMask.cxx
   SequenceNodes.cxx
-  SliceThickness.cxx
+  SliceHeaders.cxx
   SliceTransforms.cxx
   SliceFollower.cxx
   StorageTask.cxx

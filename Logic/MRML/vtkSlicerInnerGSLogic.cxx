@@ -307,6 +307,10 @@ double vtkSlicerInnerGSLogic::GetDicomSliceThickness(vtkMRMLVolumeNode* volume) 
   return this->Work->thicknessOf()(volume);
 }
 
+int vtkSlicerInnerGSLogic::GetNumberOfInterleavedPasses(vtkMRMLVolumeNode* volume) {
+  return this->Work->passesOf(volume);
+}
+
 void vtkSlicerInnerGSLogic::SetDicomLookup(DicomLookup lookup) {
   this->Work->dicom = std::move(lookup);
 }

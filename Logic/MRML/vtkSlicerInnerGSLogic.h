@@ -264,6 +264,10 @@ public:
   /// lookup, or SliceThickness in the BIDS file beside its NIfTI: used for 0 in the parameters if its slices
   /// lie along K. 0: unknown.
   double GetDicomSliceThickness(vtkMRMLVolumeNode* volume);
+  /// In how many interleaved passes the slices along K were acquired, by the times in the same DICOM files or
+  /// in that BIDS file: the number for Packets. 1: one after the other; 0:
+  /// unknown, or in another order.
+  int GetNumberOfInterleavedPasses(vtkMRMLVolumeNode* volume);
 #ifndef __VTK_WRAP__
   /// The value of a tag ("0018,0050") of the instance with a SOP instance UID; "" when unknown. Called on the
   /// main thread.

@@ -561,6 +561,7 @@ TEST_F(ReconstructTest, EveryScanHasAMaskOfItsOwn) {
   parameters->AddInputVolumeNode(coronal);
   parameters->SetSetting("align", "false");
   parameters->SetSetting("sliceMotion", "off");
+  parameters->SetSetting("ignorePadding", "false"); // which would leave it out as well
   // To the left the axial scan shows something else, which its own mask leaves out.
   auto* inside = addNode<vtkMRMLLabelMapVolumeNode>("Right");
   vtkNew<vtkImageData> labels;

@@ -1,5 +1,6 @@
 #include "Core/Job/ScanCorrection.h"
 
+#include "Core/Acquisition/Padding.h"
 #include "Core/Alignment/PairedSums.h"
 #include "Core/Job/JobInput.h"
 
@@ -11,6 +12,7 @@ namespace innergs {
 namespace {
 
 constexpr double kAnotherBody = 0.3; // correlation below which two scans show different bodies
+constexpr double kPaddingMargin = 8; // mm, by which slices may have moved
 
 } // namespace
 
@@ -20,6 +22,7 @@ ScanCorrection::ScanCorrection(const ReconstructionInput& input, const Settings&
 
 std::vector<std::string> ScanCorrection::apply(std::span<Stack> stacks) {
   std::vector<std::string> said;
+  padded_.assign(stacks.size(), {});
   if (settings_.n4)
     for (Stack& stack : stacks) {
       said.push_back(input_.n4(stack, !input_.masks.empty(), pool_.stopToken()));
@@ -48,6 +51,7 @@ std::vector<std::string> ScanCorrection::sentences(std::span<const Stack> stacks
   };
   for (std::size_t s = 0; s < stacks.size(); ++s) {
     names.push_back(nameOf(stacks[s], s));
+    add(paddingSentence(padded_[s], names[s]));
     if (!input_.stacks[s].poses.empty() && (settings_.align || settings_.sliceMotion != SliceMotionKind::Off))
       add(names[s] + " has slices with poses of their own: it is used where they put it and takes no part in "
                      "the alignment, and no slices are moved.");
@@ -65,7 +69,7 @@ std::vector<std::string> ScanCorrection::sentences(std::span<const Stack> stacks
 /// Aligns whole scans and evens out their shading. Returns shading that was found but is left in them.
 BiasCorrection ScanCorrection::alignScans(std::span<Stack> stacks) {
   progress_.report(Phase::Aligning, 0);
-  if (settings_.align) alignment_ = alignStacks(stacks, pool_);
+  findPlaces(stacks);
   BiasCorrection left;
   if (settings_.biasField != BiasFieldKind::Off)
     bias_ = findBias(stacks, alignment_, settings_.biasField == BiasFieldKind::On, pool_);
@@ -75,6 +79,46 @@ BiasCorrection ScanCorrection::alignScans(std::span<Stack> stacks) {
   for (std::size_t s = 0; s < stacks.size(); ++s)
     evenOut(s, stacks[s]);
   return left;
+}
+
+/// Finds the places of whole scans and what of them is padding, which becomes unobserved.
+void ScanCorrection::findPlaces(std::span<Stack> stacks) {
+  std::vector<std::vector<std::uint8_t>> observed;
+  for (const Stack& stack : stacks)
+    observed.push_back(stack.observed);
+  const auto leavePaddingOut = [&] {
+    for (std::size_t s = 0; s < stacks.size(); ++s) {
+      stacks[s].observed = observed[s];
+      if (padded_[s].empty()) continue;
+      stacks[s].observed.resize(padded_[s].size(), 1);
+      for (std::size_t v = 0; v < padded_[s].size(); ++v)
+        if (padded_[s][v]) stacks[s].observed[v] = 0;
+    }
+  };
+  findPadding(stacks);
+  leavePaddingOut();
+  if (!settings_.align) return;
+  alignment_ = alignStacks(stacks, pool_);
+  const std::vector<std::vector<std::uint8_t>> before = padded_;
+  findPadding(stacks);
+  leavePaddingOut();
+  // Scans that lie apart may look padded, and alone fit no better for it.
+  for (std::size_t s = 0; s < stacks.size(); ++s)
+    if (padded_[s].empty() && !before[s].empty()) {
+      alignment_ = alignStacks(stacks, pool_);
+      break;
+    }
+}
+
+/// Finds padding where the scans lie as far as that is known.
+void ScanCorrection::findPadding(std::span<const Stack> stacks) {
+  if (!settings_.ignorePadding) return;
+  std::vector<Affine3> places(stacks.size());
+  for (std::size_t s = 0; s < alignment_.size(); ++s)
+    places[s] = alignment_[s].toOthers;
+  padded_ = paddedVoxels(stacks, places, kPaddingMargin, pool_);
+  for (std::size_t s = 0; s < alignment_.size(); ++s)
+    if (!alignment_[s].fits) padded_[s].clear(); // it may show something else
 }
 
 /// Divides an aligned stack by its bias field, or gives it that of the first.

@@ -4,8 +4,9 @@
 
 namespace innergs {
 
-/// Makes several scans of one body agree before the fit: corrects their shading, aligns whole scans and moves
-/// their slices, as far as the settings ask for it; measures how well they agree in any case.
+/// Makes several scans of one body agree before the fit: leaves out their padding, corrects their shading,
+/// aligns whole scans and moves their slices, as far as the settings ask for it; measures how well they agree
+/// in any case.
 class ScanCorrection {
 public:
   /// Everything must outlive the correction. keepsVoxels: placed() is called later.
@@ -24,6 +25,9 @@ public:
   /// After apply(): whether the alignment found scans of different bodies.
   bool differentBodies() const;
 
+  /// After apply(): a scan's padding, see paddedVoxels().
+  const std::vector<std::uint8_t>& padded(std::size_t scan) const { return padded_[scan]; }
+
   /// After apply(): one whole scan of the input, corrected. Slices `heldOut` (K) from apply() get the pose
   /// at which they fit a volume that was made without them. render: that volume on a grid of cubes.
   /// scales: looks for their gains, too.
@@ -32,6 +36,8 @@ public:
 
 private:
   BiasCorrection alignScans(std::span<Stack> stacks);
+  void findPlaces(std::span<Stack> stacks);
+  void findPadding(std::span<const Stack> stacks);
   void evenOut(std::size_t scan, Stack& stack) const;
   void compareScans(std::span<const Stack> stacks, std::span<const Stack> even);
   void moveSlices(std::span<Stack> stacks, std::span<const Stack> even);
@@ -42,7 +48,8 @@ private:
   const bool keepsVoxels_;
   JobProgress& progress_;
   ThreadPool& pool_;
-  std::vector<std::vector<float>> voxels_; // of the scans after N4, if kept
+  std::vector<std::vector<float>> voxels_;        // of the scans after N4, if kept
+  std::vector<std::vector<std::uint8_t>> padded_; // of each scan
   std::vector<StackAlignment> alignment_;
   BiasCorrection bias_;
   std::vector<StackAgreement> agreement_;

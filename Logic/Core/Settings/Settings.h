@@ -93,6 +93,7 @@ struct Settings {
   bool align = true;                                   // several scans: see Alignment/StackAlignment.h
   SliceMotionKind sliceMotion = SliceMotionKind::Auto; // several scans: see Alignment/SliceMotion.h
   bool acquiredPixels = true;                          // see Job/ScansAsAcquired.h
+  bool ignorePadding = true;                           // several scans: see Acquisition/Padding.h
   std::optional<double> pixelWidth;                    // several scans: mm, see Stack
   int packets = 0;                                     // of slices that move together; 0: none do
   BiasFieldKind biasField = BiasFieldKind::Off;        // several scans: see Alignment/BiasCorrection.h

@@ -126,6 +126,9 @@ const std::vector<Setting>& settingsTable() {
           "acquiredPixels", MEMBER(acquiredPixels), Fit, tr("Pixels as acquired"),
           tr("Where a scan is noisy and its pixels look interpolated in plane (zero filling), fit the larger "
              "ones that were acquired: a better result in less time.")),
+      Setting("ignorePadding", MEMBER(ignorePadding), Fit, tr("Ignore padding"),
+              tr("Several scans: leave out what a scan was filled up with, as by resampling it to another "
+                 "grid: one value up to its border, where other scans show the body.")),
       Setting(
           "pixelWidth", MEMBER(pixelWidth), Fit, tr("Width of pixels"),
           tr("Several scans: the width over which a pixel averages the tissue in plane, as a slice does over "
