@@ -198,6 +198,7 @@ class InnerGSModuleScenesTest(ModuleFixture):
             slice.StudyInstanceUID, slice.SeriesInstanceUID = study, series
             slice.SeriesNumber, slice.InstanceNumber = 1, n + 1
             slice.SliceThickness, slice.SpacingBetweenSlices = "3", "4"
+            slice.AcquisitionTime = "1015%02d" % (n // 2 + 30 * (n % 2))  # even slices, then odd ones
             slice.PixelSpacing, slice.ImageOrientationPatient = ["1.5", "1.5"], ["1", "0", "0", "0", "1", "0"]
             slice.ImagePositionPatient = ["0", "0", str(4 * n)]
             slice.Rows = slice.Columns = 16
@@ -208,7 +209,7 @@ class InnerGSModuleScenesTest(ModuleFixture):
             slice.save_as(os.path.join(folder, "%d.dcm" % n), write_like_original=False)
 
     @unittest.skipUnless(hasattr(slicer, "dicomDatabase"), "This Slicer was built without DICOM")
-    def test_slice_thickness_is_what_the_dicom_files_say(self):
+    def test_slice_thickness_and_order_are_what_the_dicom_files_say(self):
         from DICOMLib import DICOMUtils
 
         with tempfile.TemporaryDirectory() as folder:
@@ -223,6 +224,8 @@ class InnerGSModuleScenesTest(ModuleFixture):
                 field = self.find("sliceThickness")
                 self.assertTrue(until(lambda: "3 mm" in field.text), field.text)
                 self.assertIn("as the file says", self.find("inputDescription").text)
+                self.assertEqual(self.logic.GetNumberOfInterleavedPasses(volume), 2)
+                self.assertIn("2 interleaved passes", self.find("inputDescription").text)
 
 
 if __name__ == "__main__":

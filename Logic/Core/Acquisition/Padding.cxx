@@ -49,14 +49,12 @@ std::optional<float> borderValue(const Volume& image) {
   return most->first;
 }
 
-/// 1 where the image has one value from its border on. Empty if it has none.
-Marks constantBorder(const Stack& scan, const std::stop_token& stop) {
-  const auto value = borderValue(scan.image);
-  if (!value || !scan.poses.empty()) return {};
-  const Size& n = scan.image.geometry.size;
-  Marks marks(scan.image.voxels.size());
+/// 1 where the image has the value from its border on.
+Marks constantBorder(const Volume& image, float value, const std::stop_token& stop) {
+  const Size& n = image.geometry.size;
+  Marks marks(image.voxels.size());
   for (std::size_t v = 0; v < marks.size(); ++v)
-    marks[v] = scan.image.voxels[v] == *value;
+    marks[v] = image.voxels[v] == value;
   visitBorder(n, [&](std::int64_t v) {
     if (marks[static_cast<std::size_t>(v)] == 1) floodFill(marks, n, v, stop);
   });
@@ -119,43 +117,59 @@ void dilate(Marks& marks, const Size& n) {
   }
 }
 
-/// Above it, an image shows more than air.
-float airThreshold(const Volume& image) {
+/// The range of an image without its highest values.
+ValueRange usualRange(const Volume& image) {
   std::vector<float> values;
   const std::size_t step = image.voxels.size() / kSampled + 1;
   for (std::size_t v = 0; v < image.voxels.size(); v += step)
     if (std::isfinite(image.voxels[v])) values.push_back(image.voxels[v]);
-  if (values.empty()) return 0;
+  if (values.empty()) return {0, 0};
   const auto high =
       values.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), high, values.end());
-  const float low = *std::min_element(values.begin(), high + 1);
-  return low + kAir * (*high - low);
+  return {*std::min_element(values.begin(), high + 1), *high};
 }
+
+/// What one scan shows.
+struct Shown {
+  Marks constant;      // see constantBorder(); empty: nothing
+  float air = 0;       // its border's value, or its least
+  float different = 0; // from air by at least this: body
+  Affine3 toWorld, toIndex;
+};
 
 class PaddingSearch {
 public:
-  PaddingSearch(std::span<const Stack> scans, std::span<const Affine3> toWorld, ThreadPool& pool)
-      : scans_(scans), pool_(pool) {
-    for (std::size_t s = 0; s < scans.size(); ++s) {
-      constant_.push_back(constantBorder(scans[s], pool.stopToken()));
-      air_.push_back(airThreshold(scans[s].image));
-      toWorld_.push_back(toWorld[s] * scans[s].image.geometry.indexToWorld());
-      toIndex_.push_back(inverse(toWorld_.back()));
+  PaddingSearch(std::span<const Stack> scans, std::span<const std::size_t> part,
+                std::span<const Affine3> toWorld, ThreadPool& pool)
+      : scans_(scans), part_(part), pool_(pool), shown_(scans.size()) {
+    for (const std::size_t s : part) {
+      const Volume& image = scans[s].image;
+      Shown& shown = shown_[s];
+      const ValueRange range = usualRange(image);
+      const std::optional<float> border = borderValue(image);
+      if (border && scans[s].poses.empty()) shown.constant = constantBorder(image, *border, pool.stopToken());
+      shown.air = border.value_or(range.low);
+      shown.different = kAir * (range.high - range.low);
+      shown.toWorld = toWorld[s] * image.geometry.indexToWorld();
+      shown.toIndex = inverse(shown.toWorld);
     }
   }
 
   Marks paddingOf(std::size_t scan, double margin) const {
-    const Marks& constant = constant_[scan];
+    const Marks& constant = shown_[scan].constant;
     if (std::find(constant.begin(), constant.end(), 1) == constant.end() || !reachesInto(scan, margin))
       return {};
     Marks padded = constant;
     dilate(padded, scans_[scan].image.geometry.size);
-    return elsewhere(scan, padded, {1, 1, 1},
-                     [&](std::size_t s, std::size_t v) { return constant_[s].empty() || !constant_[s][v]; });
+    return elsewhere(scan, padded, {1, 1, 1}, [&](std::size_t s, std::size_t v) { return acquired(s, v); });
   }
 
 private:
+  bool acquired(std::size_t scan, std::size_t voxel) const {
+    return shown_[scan].constant.empty() || !shown_[scan].constant[voxel];
+  }
+
   /// Whether others show the body nearly everywhere within `margin` (mm) of a place in the constant border.
   bool reachesInto(std::size_t scan, double margin) const {
     const GridGeometry& g = scans_[scan].image.geometry;
@@ -165,8 +179,8 @@ private:
       n[a] = (g.size[a] + step[a] - 1) / step[a];
       reach[a] = static_cast<std::int64_t>(std::ceil(margin / (static_cast<double>(step[a]) * g.spacing[a])));
     }
-    const Marks body = elsewhere(scan, constant_[scan], step, [&](std::size_t s, std::size_t v) {
-      return scans_[s].image.voxels[v] > air_[s];
+    const Marks body = elsewhere(scan, shown_[scan].constant, step, [&](std::size_t s, std::size_t v) {
+      return std::abs(scans_[s].image.voxels[v] - shown_[s].air) > shown_[s].different;
     });
     BoxSums sums(body, n);
     for (std::int64_t k = 0, v = 0; k < n[2]; ++k)
@@ -187,10 +201,10 @@ private:
     Marks found(static_cast<std::size_t>(count[0] * count[1] * count[2]), 0);
     pool_.run(count[2], [&](std::int64_t c) {
       const std::int64_t k = c * step[2];
-      for (std::size_t s = 0; s < scans_.size(); ++s) {
+      for (const std::size_t s : part_) {
         if (s == scan) continue;
         const Size& n = scans_[s].image.geometry.size;
-        const Affine3 map = toIndex_[s] * toWorld_[scan];
+        const Affine3 map = shown_[s].toIndex * shown_[scan].toWorld;
         std::int64_t v = c * count[0] * count[1];
         for (std::int64_t j = 0; j < g.size[1]; j += step[1])
           for (std::int64_t i = 0; i < g.size[0]; i += step[0], ++v) {
@@ -215,21 +229,21 @@ private:
   }
 
   std::span<const Stack> scans_;
+  std::span<const std::size_t> part_;
   ThreadPool& pool_;
-  std::vector<Marks> constant_;
-  std::vector<float> air_;
-  std::vector<Affine3> toWorld_, toIndex_;
+  std::vector<Shown> shown_; // of each scan that takes part
 };
 
 } // namespace
 
 std::vector<std::vector<std::uint8_t>> paddedVoxels(std::span<const Stack> scans,
+                                                    std::span<const std::size_t> part,
                                                     std::span<const Affine3> toWorld, double margin,
                                                     ThreadPool& pool) {
   std::vector<Marks> padded(scans.size());
-  if (scans.size() < 2) return padded;
-  const PaddingSearch search(scans, toWorld, pool);
-  for (std::size_t s = 0; s < scans.size(); ++s)
+  if (part.size() < 2) return padded;
+  const PaddingSearch search(scans, part, toWorld, pool);
+  for (const std::size_t s : part)
     padded[s] = search.paddingOf(s, margin);
   return padded;
 }

@@ -29,6 +29,12 @@ constexpr double kWorthwhile = 0.5;  // dB: minimum gain
 // when it is turned far, but a scan that really was turned that far gains much.
 constexpr double kSmallAngle = 4, kPerDegree = 0.25, kMostNeeded = 4; // degrees, dB per degree, dB
 constexpr int kPoseParameters = 6;
+// Scans of which parts moved differently are alike in part only; a pose that makes them so much more alike is
+// right all the same.
+constexpr double kSimilarTissue = 0.65, kClearly = 3; // correlation, dB
+// At the coarsest resolution, below this correlation the search starts again from other poses.
+constexpr double kConvincing = 0.9, kStartAngle = 25;    // degrees
+constexpr double kMoreAlike = 0.05, kLeastOverlap = 0.7; // correlation, share of the places
 constexpr double kPlaceDistance = 0.7; // of the compared places, in σ of the common resolution
 constexpr double kTukey = 4.685 * 1.4826;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -181,100 +187,248 @@ double leastPoseGain(double angle, std::size_t places) {
   return std::max(2 * chance, turn);
 }
 
+/// The participating scans at one resolution.
+struct Level {
+  std::vector<BlurredStack> images;
+  std::vector<Vec3> points;
+  ValueRange values; // of the first scan
+  double threshold;  // likewise, between air and body
+  double step;       // mm, of differences
+};
+
 /// Aligns the participating scans to the first of them; the others' alignment is unknown.
-std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::span<const std::size_t> part,
-                                         ThreadPool& pool) {
-  std::vector<StackAlignment> result(stacks.size());
-  for (StackAlignment& a : result)
-    a.correlation = a.psnrBefore = a.psnrAfter = kNaN;
-  if (part.size() < 2) return result;
-  const std::size_t first = part.front();
-  const double sigma = commonResolution(stacks, part);
-  const Vec3 centre = stacks[first].image.geometry.centre();
-  for (const double level : {4.0, 2.0, 1.0}) {
-    std::vector<BlurredStack> images;
-    for (const std::size_t s : part)
-      images.emplace_back(stacks[s], level * sigma, pool);
-    const std::vector<Vec3> points =
-        spreadPlaces(observedBox(images.front()), kPlaceDistance * level * sigma);
-    const ValueRange values = valuesOf(images.front());
-    const double threshold = bodyThreshold(images.front());
-    const auto against = [&](std::size_t n) {
-      std::vector<Placed> others;
-      for (std::size_t m = 0; m < part.size(); ++m)
-        if (m != n && result[part[m]].fits) others.push_back(placed(images[m], result[part[m]]));
-      return others;
-    };
-    const auto seen = [&](std::size_t n, const StackAlignment& alignment, double step) {
-      return pairsAt(points, placed(images[n], alignment), against(n), threshold, step, pool);
-    };
-    for (int round = 0; round < (part.size() > 2 ? kRounds : 1); ++round)
-      for (std::size_t n = 1; n < part.size(); ++n) {
-        StackAlignment& mine = result[part[n]];
-        const bool scales = !belowZero(valuesOf(images[n])) && !belowZero(values);
-        if (scales && level == 4 && round == 0) startGain(mine, seen(n, mine, 0));
-        for (int step = 0; step < kSteps; ++step) {
-          const std::vector<Pair> pairs = seen(n, mine, 0.5 * level * sigma);
-          if (static_cast<std::int64_t>(pairs.size()) < kFewestPoints) break;
-          if (improve(mine, pairs, centre, true, scales) < kConverged) break;
-        }
-      }
-    if (level > 1) continue;
-    const double peak = static_cast<double>(values.high) - values.low;
-    for (std::size_t n = 1; n < part.size(); ++n) {
-      StackAlignment& mine = result[part[n]];
-      const StackAlignment still;
-      const std::vector<Pair> before = seen(n, still, 0);
-      if (static_cast<std::int64_t>(before.size()) < kFewestPoints) { // slabs that adjoin
-        mine = result[first];
-        continue;
-      }
-      std::vector<Pair> moved = seen(n, mine, 0);
-      if (static_cast<std::int64_t>(moved.size()) < kFewestPoints) { // moved away from the others
-        mine = result[first];
-        moved = before;
-      }
-      double squares = 0;
-      const Affine3 back = inverse(mine.toOthers);
-      for (const Pair& p : moved) {
-        const Vec3 d = p.x - back(p.x);
-        squares += dot(d, d);
-      }
-      mine.displacement = std::sqrt(squares / static_cast<double>(moved.size()));
-      mine.angle = angleOf(mine.toOthers.linear);
-      if (mine.displacement < kStill) {
-        mine.toOthers = {};
-        mine.displacement = mine.angle = 0;
-      }
-      if (std::abs(mine.gain - 1) < kSameGain) mine.gain = 1;
-      const PairedSums was = compare(before, threshold);
-      PairedSums is = compare(seen(n, mine, 0), threshold);
-      // Where the best pose makes scans alike they show the same body, also if it is not used.
-      const bool wasAlike = was.correlation() >= kSameTissue, isAlike = is.correlation() >= kSameTissue;
-      if (mine.displacement > 0) { // what the pose gains, apart from the gain factor
-        StackAlignment unmoved;
-        unmoved.gain = mine.gain;
-        const PairedSums without = compare(seen(n, unmoved, 0), threshold);
-        if (is.psnr(peak) - without.psnr(peak) < leastPoseGain(mine.angle, moved.size())) {
-          mine.toOthers = {};
-          mine.displacement = mine.angle = 0;
-          is = without;
-        }
-      }
-      mine.psnrBefore = was.psnr(peak);
-      mine.psnrAfter = is.psnr(peak);
-      mine.correlation = is.correlation();
-      if (isAlike && (!wasAlike || mine.psnrAfter >= mine.psnrBefore + kWorthwhile)) continue;
-      mine.toOthers = {};
-      mine.displacement = mine.angle = 0;
-      mine.gain = 1;
-      mine.psnrAfter = mine.psnrBefore;
-      mine.correlation = was.correlation();
-      mine.fits = wasAlike;
+class AlignmentToFirst {
+public:
+  AlignmentToFirst(std::span<const Stack> stacks, std::span<const std::size_t> part, ThreadPool& pool)
+      : part_(part), pool_(pool), result_(stacks.size()), convincing_(part.size(), true) {
+    for (StackAlignment& a : result_)
+      a.correlation = a.psnrBefore = a.psnrAfter = kNaN;
+    if (part.size() < 2) return;
+    centre_ = stacks[part.front()].image.geometry.centre();
+    const double sigma = commonResolution(stacks, part);
+    for (const double level : {4.0, 2.0, 1.0}) {
+      Level& l = levels_.emplace_back();
+      for (const std::size_t s : part)
+        l.images.emplace_back(stacks[s], level * sigma, pool);
+      l.points = spreadPlaces(observedBox(l.images.front()), kPlaceDistance * level * sigma);
+      l.values = valuesOf(l.images.front());
+      l.threshold = bodyThreshold(l.images.front());
+      l.step = 0.5 * level * sigma;
     }
   }
-  return result;
-}
+
+  /// Scans fit that the search makes alike.
+  std::vector<StackAlignment> run() {
+    if (part_.size() < 2) return result_;
+    for (const Level& level : levels_)
+      for (int round = 0; round < (part_.size() > 2 ? kRounds : 1); ++round)
+        for (std::size_t n = 1; n < part_.size(); ++n)
+          if (&level != &levels_.front() || (round > 0 && convincing_[n]))
+            search(n, level);
+          else if (round == 0)
+            start(n);
+    searched_ = result_;
+    judgeAll(false);
+    if (part_.size() > 2) judgeByThoseThatFit();
+    return result_;
+  }
+
+  /// After run(): those fit, too, that it makes clearly more alike than they were.
+  std::vector<StackAlignment> runLeniently() {
+    if (part_.size() < 2) return result_;
+    result_ = searched_;
+    judgeAll(true);
+    if (part_.size() > 2) judgeByThoseThatFit();
+    return result_;
+  }
+
+private:
+  StackAlignment& mine(std::size_t n) { return result_[part_[n]]; }
+
+  void judgeAll(bool leniently) {
+    for (std::size_t n = 1; n < part_.size(); ++n)
+      judge(n, leniently);
+  }
+
+  /// Where some fit and others do not: the latter may have led all astray.
+  void judgeByThoseThatFit() {
+    const auto fit = [&](std::size_t s) { return result_[s].fits; };
+    const auto others = part_.subspan(1);
+    if (std::all_of(others.begin(), others.end(), fit) || std::none_of(others.begin(), others.end(), fit))
+      return;
+    for (std::size_t n = 1; n < part_.size(); ++n) {
+      if (!mine(n).fits) continue;
+      search(n, levels_.back());
+      judge(n, true);
+    }
+    for (std::size_t n = 1; n < part_.size(); ++n) {
+      if (mine(n).fits) continue;
+      mine(n) = {};
+      start(n);
+      for (const Level& level : std::span(levels_).subspan(1))
+        search(n, level);
+      judge(n, true);
+    }
+  }
+
+  /// What the others and this scan, as aligned, show. step: see pairsAt().
+  std::vector<Pair> seen(std::size_t n, const StackAlignment& alignment, const Level& level,
+                         double step = 0) const {
+    std::vector<Placed> others;
+    for (std::size_t m = 0; m < part_.size(); ++m)
+      if (m != n && result_[part_[m]].fits) others.push_back(placed(level.images[m], result_[part_[m]]));
+    return pairsAt(level.points, placed(level.images[n], alignment), others, level.threshold, step, pool_);
+  }
+
+  /// The middle of the body that a scan shows, in its own space.
+  Vec3 middleOf(std::size_t n) const {
+    const BlurredStack& image = levels_.front().images[n];
+    const double threshold = bodyThreshold(image);
+    const Affine3 map = image.geometry().indexToWorld();
+    const auto& size = image.geometry().size;
+    Vec3 sum{0, 0, 0};
+    double count = 0;
+    for (std::int64_t k = 0, v = 0; k < size[2]; ++k)
+      for (std::int64_t j = 0; j < size[1]; ++j)
+        for (std::int64_t i = 0; i < size[0]; ++i, ++v)
+          if (image.values()[static_cast<std::size_t>(v)] >= threshold) {
+            sum = sum + map({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+            ++count;
+          }
+    return count > 0 ? (1 / count) * sum : centre_;
+  }
+
+  bool scales(std::size_t n, const Level& level) const {
+    return !belowZero(valuesOf(level.images[n])) && !belowZero(level.values);
+  }
+
+  void search(std::size_t n, const Level& level) {
+    for (int step = 0; step < kSteps; ++step) {
+      const std::vector<Pair> pairs = seen(n, mine(n), level, level.step);
+      if (static_cast<std::int64_t>(pairs.size()) < kFewestPoints) break;
+      if (improve(mine(n), pairs, centre_, true, scales(n, level)) < kConverged) break;
+    }
+  }
+
+  /// The search at the coarsest level. Where that leads to nothing convincing, it starts from other poses,
+  /// too (scans of little overlap may drift apart there, so these are also tried without it), and goes on
+  /// with the one that the next level finds best.
+  void start(std::size_t n) {
+    const Level &coarse = levels_[0], &finer = levels_[1];
+    if (scales(n, coarse)) startGain(mine(n), seen(n, mine(n), coarse));
+    const StackAlignment begun = mine(n);
+    search(n, coarse);
+    const PairedSums first = compare(seen(n, mine(n), coarse), coarse.threshold);
+    convincing_[n] = !first.enough() || first.correlation() >= kConvincing;
+    if (convincing_[n]) return;
+    std::vector<Affine3> poses;
+    for (std::size_t m = 1; m < part_.size(); ++m) // which scans after a movement have in common
+      if (m != n && mine(m).toOthers != Affine3{}) poses.push_back(mine(m).toOthers);
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double angle : {-kStartAngle, kStartAngle}) {
+        Vec3 turn{0, 0, 0};
+        turn[axis] = angle * std::numbers::pi / 180;
+        poses.push_back(rigidAbout(centre_, turn, {0, 0, 0}));
+      }
+    std::vector<StackAlignment> ends{mine(n), begun};
+    if (const Affine3 shift{{}, middleOf(0) - middleOf(n)}; norm(shift.offset) > coarse.step) {
+      ends.push_back(begun);
+      ends.back().toOthers = shift;
+      const std::size_t turned = poses.size();
+      poses.push_back(shift);
+      for (std::size_t p = turned - 6; p < turned; ++p)
+        poses.push_back(poses[p] * shift);
+    }
+    for (const Affine3& pose : poses) {
+      mine(n) = begun;
+      mine(n).toOthers = pose;
+      search(n, coarse);
+      if (std::none_of(ends.begin(), ends.end(), [&](const StackAlignment& end) {
+            const Affine3 between = inverse(end.toOthers) * mine(n).toOthers;
+            return norm(between(centre_) - centre_) < coarse.step && angleOf(between.linear) < kSmallAngle;
+          }))
+        ends.push_back(mine(n));
+    }
+    StackAlignment best = ends.front();
+    double correlation = -1, least = 0;
+    for (const StackAlignment& end : ends) {
+      mine(n) = end;
+      search(n, finer);
+      const PairedSums found = compare(seen(n, mine(n), finer), finer.threshold);
+      if (found.n < least || !(found.correlation() > correlation + kMoreAlike)) continue;
+      least = std::max(least, kLeastOverlap * found.n);
+      correlation = found.correlation();
+      best = mine(n);
+    }
+    mine(n) = best;
+  }
+
+  /// Decides whether the scan stays where the search has put it.
+  void judge(std::size_t n, bool leniently) {
+    const Level& level = levels_.back();
+    StackAlignment& own = mine(n);
+    const StackAlignment unknown = result_[part_.front()];
+    const double peak = static_cast<double>(level.values.high) - level.values.low;
+    const std::vector<Pair> before = seen(n, {}, level);
+    if (static_cast<std::int64_t>(before.size()) < kFewestPoints) { // slabs that adjoin
+      own = unknown;
+      return;
+    }
+    std::vector<Pair> moved = seen(n, own, level);
+    if (static_cast<std::int64_t>(moved.size()) < kFewestPoints) { // moved away from the others
+      own = unknown;
+      moved = before;
+    }
+    double squares = 0;
+    const Affine3 back = inverse(own.toOthers);
+    for (const Pair& p : moved) {
+      const Vec3 d = p.x - back(p.x);
+      squares += dot(d, d);
+    }
+    own.displacement = std::sqrt(squares / static_cast<double>(moved.size()));
+    own.angle = angleOf(own.toOthers.linear);
+    const auto stay = [&own] {
+      own.toOthers = {};
+      own.displacement = own.angle = 0;
+    };
+    if (own.displacement < kStill) stay();
+    if (std::abs(own.gain - 1) < kSameGain) own.gain = 1;
+    const PairedSums was = compare(before, level.threshold);
+    PairedSums is = compare(seen(n, own, level), level.threshold);
+    // Where the best pose makes scans alike they show the same body, also if it is not used.
+    const bool wasAlike = was.correlation() >= kSameTissue;
+    bool isAlike = is.correlation() >= kSameTissue;
+    if (own.displacement > 0) { // what the pose gains, apart from the gain factor
+      StackAlignment unmoved;
+      unmoved.gain = own.gain;
+      const PairedSums without = compare(seen(n, unmoved, level), level.threshold);
+      const double gained = is.psnr(peak) - without.psnr(peak),
+                   needed = leastPoseGain(own.angle, moved.size());
+      isAlike = isAlike ||
+                (leniently && is.correlation() >= kSimilarTissue && gained >= std::max(needed, kClearly));
+      if (gained < needed) {
+        stay();
+        is = without;
+      }
+    }
+    own.psnrBefore = was.psnr(peak);
+    own.psnrAfter = is.psnr(peak);
+    own.correlation = is.correlation();
+    if (isAlike && (!wasAlike || own.psnrAfter >= own.psnrBefore + kWorthwhile)) return;
+    stay();
+    own.gain = 1;
+    own.psnrAfter = own.psnrBefore;
+    own.correlation = was.correlation();
+    own.fits = wasAlike;
+  }
+
+  std::span<const std::size_t> part_;
+  ThreadPool& pool_;
+  std::vector<StackAlignment> result_, searched_;
+  std::vector<Level> levels_;    // coarse to fine
+  std::vector<bool> convincing_; // of each participating scan: what the coarsest level shows
+  Vec3 centre_{};
+};
 
 } // namespace
 
@@ -282,19 +436,23 @@ std::vector<StackAlignment> alignStacks(std::span<const Stack> stacks, ThreadPoo
   std::vector<std::size_t> part;
   for (std::size_t s = 0; s < stacks.size(); ++s)
     if (stacks[s].poses.empty()) part.push_back(s);
-  std::vector<StackAlignment> result = alignToFirst(stacks, part, pool);
+  AlignmentToFirst toFirst(stacks, part, pool);
+  const std::vector<StackAlignment> result = toFirst.run();
   const auto anyFits = [](const std::vector<StackAlignment>& found, std::span<const std::size_t> scans) {
     return std::any_of(scans.begin(), scans.end(), [&](std::size_t s) { return found[s].fits; });
   };
-  if (part.size() < 3 || anyFits(result, std::span(part).subspan(1))) return result;
-  // None fits the first scan: perhaps it is the one that fits none.
-  const std::span<const std::size_t> others = std::span(part).subspan(1);
-  std::vector<StackAlignment> without = alignToFirst(stacks, others, pool);
-  if (!anyFits(without, others.subspan(1))) return result;
-  StackAlignment& stranger = without[part.front()];
-  stranger = result[part.back()]; // was compared with it alone
-  stranger.fits = false;
-  return without;
+  if (part.size() < 2 || anyFits(result, std::span(part).subspan(1))) return result;
+  if (part.size() > 2) { // none fits the first scan: perhaps it is the one that fits none
+    const std::span<const std::size_t> others = std::span(part).subspan(1);
+    std::vector<StackAlignment> without = AlignmentToFirst(stacks, others, pool).run();
+    if (anyFits(without, others.subspan(1))) {
+      StackAlignment& stranger = without[part.front()];
+      stranger = result[part.back()]; // was compared with it alone
+      stranger.fits = false;
+      return without;
+    }
+  }
+  return toFirst.runLeniently();
 }
 
 void applyAlignment(std::span<const StackAlignment> alignment, std::span<Stack> stacks) {

@@ -116,9 +116,10 @@ void ScanCorrection::findPadding(std::span<const Stack> stacks) {
   std::vector<Affine3> places(stacks.size());
   for (std::size_t s = 0; s < alignment_.size(); ++s)
     places[s] = alignment_[s].toOthers;
-  padded_ = paddedVoxels(stacks, places, kPaddingMargin, pool_);
-  for (std::size_t s = 0; s < alignment_.size(); ++s)
-    if (!alignment_[s].fits) padded_[s].clear(); // it may show something else
+  std::vector<std::size_t> part; // without scans that may show something else
+  for (std::size_t s = 0; s < stacks.size(); ++s)
+    if (alignment_.empty() || alignment_[s].fits) part.push_back(s);
+  padded_ = paddedVoxels(stacks, part, places, kPaddingMargin, pool_);
 }
 
 /// Divides an aligned stack by its bias field, or gives it that of the first.

@@ -5,6 +5,7 @@
 #include "Core/Image/Simulate.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace innergs {
 namespace {
@@ -42,9 +43,15 @@ void fillHalf(Stack& scan, float value) {
     if (marks[v]) scan.image.voxels[v] = value;
 }
 
-std::vector<Marks> paddingOf(std::span<const Stack> scans, double margin = kMargin) {
+std::vector<Marks> paddingOf(std::span<const Stack> scans, const std::vector<Affine3>& places,
+                             double margin) {
   ThreadPool pool(2);
-  return paddedVoxels(scans, std::vector<Affine3>(scans.size()), margin, pool);
+  std::vector<std::size_t> all(scans.size());
+  std::iota(all.begin(), all.end(), 0);
+  return paddedVoxels(scans, all, places, margin, pool);
+}
+std::vector<Marks> paddingOf(std::span<const Stack> scans, double margin = kMargin) {
+  return paddingOf(scans, std::vector<Affine3>(scans.size()), margin);
 }
 
 bool empty(const Marks& marks) {
@@ -88,6 +95,13 @@ TEST(Padding, IsNoCleanAir) {
     EXPECT_TRUE(empty(marks));
 }
 
+TEST(Padding, IsNoEvenTissue) {
+  const Volume balls = testing::spherePhantom(kWidth, kWidth, 3); // in tissue of one value
+  const std::vector<Stack> scans{simulateThickStack(balls, 2, 4), simulateThickStack(balls, 0, 4)};
+  for (const Marks& marks : paddingOf(scans))
+    EXPECT_TRUE(empty(marks));
+}
+
 TEST(Padding, StaysWhereNoOtherScanAcquiredAnything) {
   std::vector<Stack> scans = headScans();
   for (Stack& scan : scans)
@@ -112,8 +126,7 @@ TEST(Padding, OfAScanIsJudgedWhereItLies) {
   EXPECT_FALSE(empty(paddingOf(scans, 4)[0])) << "the others' head lies in its air";
   std::vector<Affine3> places(3);
   places[0].offset = {0, -24, 0};
-  ThreadPool pool(1);
-  EXPECT_TRUE(empty(paddedVoxels(scans, places, 4, pool)[0]));
+  EXPECT_TRUE(empty(paddingOf(scans, places, 4)[0]));
 }
 
 TEST(Padding, OfASingleScanAndOfSlicesWithPosesIsLeft) {

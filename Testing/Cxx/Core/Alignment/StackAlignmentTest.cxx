@@ -177,5 +177,79 @@ TEST(StackAlignment, LeavesScansThatShareTooLittle) {
   EXPECT_EQ(alignmentSentence(found[1], "Scan 2"), "");
 }
 
+TEST(StackAlignment, AStrangerChangesNothingOfTheOthers) {
+  ThreadPool pool(2);
+  std::vector<Stack> stacks = scans(testing::spherePhantom(80, 80, 5));
+  stacks[2] = simulateThickStack(testing::spherePhantom(80, 80, 9), 0, 4, 1.0, 3);
+  for (float& v : stacks[2].image.voxels)
+    v *= 2;
+  const auto found = alignStacks(stacks, pool);
+  EXPECT_FALSE(found[2].fits);
+  EXPECT_TRUE(found[1].fits);
+  EXPECT_EQ(found[1].gain, 1);
+  EXPECT_EQ(found[1].toOthers, Affine3{});
+}
+
+/// How far an alignment leaves a displaced scan from where it was, mm.
+double distanceLeft(const StackAlignment& found, const Affine3& motion) {
+  double worst = 0;
+  for (const Vec3& x : {Vec3{20, 20, 20}, Vec3{60, 20, 40}, Vec3{40, 60, 60}})
+    worst = std::max(worst, norm(found.toOthers(motion(x)) - x));
+  return worst;
+}
+
+/// Balls in an ellipsoid, in air.
+Volume longHead() {
+  Volume volume = testing::spherePhantom(80, 80, 5);
+  for (std::int64_t v = 0; v < 80 * 80 * 80; ++v) {
+    const double x = static_cast<double>(v % 80 - 40) / 27, y = static_cast<double>(v / 80 % 80 - 40) / 37,
+                 z = static_cast<double>(v / 6400 - 40) / 31;
+    if (x * x + y * y + z * z > 1) volume.voxels[static_cast<std::size_t>(v)] = 0;
+  }
+  return volume;
+}
+
+TEST(StackAlignment, FindsScansThatLieFarApart) {
+  ThreadPool pool(2);
+  for (const double angle : {-50.0, 40.0}) {
+    std::vector<Stack> stacks = scans(longHead());
+    const Affine3 motion = turned(angle, {14, -12, 10}, {40, 40, 40});
+    displace(stacks[1], motion);
+    displace(stacks[2], motion);
+    const auto found = alignStacks(stacks, pool);
+    for (int s = 1; s < 3; ++s) {
+      EXPECT_TRUE(found[s].fits) << angle;
+      EXPECT_LT(distanceLeft(found[s], motion), 0.4) << angle;
+    }
+  }
+}
+
+/// Balls, and others beyond a plane: a part of the body moved otherwise.
+Volume changedBalls(std::int64_t from) {
+  Volume truth = testing::spherePhantom(80, 80, 5);
+  const Volume other = testing::spherePhantom(80, 80, 9);
+  for (std::size_t v = 0; v < truth.voxels.size(); ++v)
+    if (static_cast<std::int64_t>(v) % 80 >= from) truth.voxels[v] = other.voxels[v];
+  return truth;
+}
+
+TEST(StackAlignment, FindsScansThatAreAlikeInPart) {
+  ThreadPool pool(2);
+  const Affine3 motion = turned(6, {5, -4, 3}, {40, 40, 40});
+  const auto align = [&](std::int64_t from) {
+    std::vector<Stack> stacks = scans(testing::spherePhantom(80, 80, 5));
+    stacks.resize(2);
+    stacks[1] = simulateThickStack(changedBalls(from), 1, 4, 1.0, 2);
+    displace(stacks[1], motion);
+    return alignStacks(stacks, pool)[1];
+  };
+  const StackAlignment found = align(54);
+  EXPECT_LT(found.correlation, 0.8);
+  EXPECT_TRUE(found.fits);
+  EXPECT_GT(found.psnrAfter, found.psnrBefore + 3);
+  EXPECT_LT(distanceLeft(found, motion), 1);
+  EXPECT_FALSE(align(20).fits) << "mostly another body";
+}
+
 } // namespace
 } // namespace innergs
