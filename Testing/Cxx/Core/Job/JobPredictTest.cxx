@@ -153,6 +153,37 @@ TEST(JobPrediction, IsTheSameWithAnyNumberOfThreads) {
   }
 }
 
+TEST(JobPrediction, ByPresetBalancedIsTheSameWithAnyNumberOfThreads) {
+  Settings settings = quick();
+  settings.preset = Preset::Balanced;
+  settings.threads = 1;
+  const auto one = reconstruct(gappedInput(), settings);
+  settings.threads = 3;
+  const auto several = reconstruct(gappedInput(), settings);
+  EXPECT_TRUE(sameField(one.model->field, several.model->field));
+  EXPECT_EQ(one.volume.voxels, several.volume.voxels);
+  EXPECT_EQ(one.prediction, several.prediction);
+}
+
+TEST(JobPrediction, OfTheFitThatJudgesNeverSeesTheSlicesHeldOut) {
+  const auto squaredError = [](float added) { // of a rendering, which must not depend on what is added
+    ReconstructionInput input = gappedInput();
+    input.heldOutFraction = 0.25; // the slices 2, 6 and 10 of 12
+    Volume& image = input.stacks[0].image;
+    const std::int64_t plane = image.geometry.size[0] * image.geometry.size[1];
+    for (const std::int64_t k : {2, 6, 10})
+      for (std::int64_t v = k * plane; v < (k + 1) * plane; ++v)
+        image.voxels[static_cast<std::size_t>(v)] += added;
+    const auto result = reconstruct(input, quick());
+    EXPECT_FALSE(result.prediction.empty());
+    EXPECT_EQ(result.heldOutSlices, 3);
+    return std::pow(10, -0.1 * result.heldOutPsnr);
+  };
+  const double none = squaredError(0), more = squaredError(500), less = squaredError(-500);
+  EXPECT_NEAR((more + less - 2 * none) / (squaredError(1000) + squaredError(-1000) - 2 * none), 0.25, 1e-4);
+  EXPECT_GT(more, 2 * none);
+}
+
 TEST(JobPrediction, NeverSeesHeldOutOrMaskedVoxels) {
   ReconstructionInput input = gappedInput();
   Stack& stack = input.stacks.front();

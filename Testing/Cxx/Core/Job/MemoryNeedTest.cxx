@@ -32,6 +32,15 @@ TEST(MemoryNeed, IsTheLargestOfTheFitsAndKeepsResults) {
   EXPECT_TRUE(memoryNeed(fits, settings, 2 * large).refusal.empty());
 }
 
+TEST(MemoryNeed, CountsThePredictedVolume) {
+  const ReconstructionInput scan = outline(128); // fills 128 × 128 × 100 voxels
+  Settings settings;
+  settings.preset = Preset::Fast;
+  const std::int64_t predicted = estimateMemory(scan, settings);
+  settings.prediction = PredictionKind::None;
+  EXPECT_GT(predicted, estimateMemory(scan, settings) + std::int64_t{4} * 128 * 128 * 100);
+}
+
 TEST(MemoryNeed, RefusesWithTheJobsOwnSentence) {
   // Outlines suffice: the job refuses before it reads a voxel.
   ReconstructionInput input = outline(64);
