@@ -437,7 +437,7 @@ std::vector<StackAlignment> alignStacks(std::span<const Stack> stacks, ThreadPoo
   for (std::size_t s = 0; s < stacks.size(); ++s)
     if (stacks[s].poses.empty()) part.push_back(s);
   AlignmentToFirst toFirst(stacks, part, pool);
-  const std::vector<StackAlignment> result = toFirst.run();
+  std::vector<StackAlignment> result = toFirst.run();
   const auto anyFits = [](const std::vector<StackAlignment>& found, std::span<const std::size_t> scans) {
     return std::any_of(scans.begin(), scans.end(), [&](std::size_t s) { return found[s].fits; });
   };
