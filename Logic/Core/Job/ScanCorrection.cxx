@@ -1,6 +1,7 @@
 #include "Core/Job/ScanCorrection.h"
 
 #include "Core/Acquisition/Padding.h"
+#include "Core/Alignment/EdgeBlending.h"
 #include "Core/Alignment/PairedSums.h"
 #include "Core/Job/JobInput.h"
 
@@ -11,8 +12,9 @@
 namespace innergs {
 namespace {
 
-constexpr double kAnotherBody = 0.3; // correlation below which two scans show different bodies
-constexpr double kPaddingMargin = 8; // mm, by which slices may have moved
+constexpr double kAnotherBody = 0.3;             // correlation below which two scans show different bodies
+constexpr double kAgree = 28, kBlendedEdge = 12; // dB, mm
+constexpr double kPaddingMargin = 8;             // mm, by which slices may have moved
 
 } // namespace
 
@@ -38,6 +40,7 @@ std::vector<std::string> ScanCorrection::apply(std::span<Stack> stacks) {
   }
   compareScans(stacks, even);
   moveSlices(stacks, even);
+  if (settings_.blendEdges) blendWhatDiffers(stacks);
   const std::vector<std::string> more = sentences(stacks, left);
   said.insert(said.end(), more.begin(), more.end());
   return said;
@@ -155,6 +158,18 @@ void ScanCorrection::moveSlices(std::span<Stack> stacks, std::span<const Stack> 
     mine.ratio = 1;
     mine.fits = mine.fits || mine.correlation >= kSameTissue;
   }
+}
+
+/// Scans that agree leave no steps where one of them ends.
+void ScanCorrection::blendWhatDiffers(std::span<Stack> stacks) const {
+  std::vector<std::size_t> part;
+  bool differ = false;
+  for (std::size_t s = 0; s < stacks.size(); ++s) {
+    if (!agreement_[s].fits) continue;
+    part.push_back(s);
+    differ = differ || agreement_[s].psnr < kAgree;
+  }
+  if (differ && !motion_.moved) blendEdges(stacks, part, kBlendedEdge, pool_);
 }
 
 void ScanCorrection::report(ReconstructionResult& result) const {

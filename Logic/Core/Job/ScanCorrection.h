@@ -41,6 +41,7 @@ private:
   void evenOut(std::size_t scan, Stack& stack) const;
   void compareScans(std::span<const Stack> stacks, std::span<const Stack> even);
   void moveSlices(std::span<Stack> stacks, std::span<const Stack> even);
+  void blendWhatDiffers(std::span<Stack> stacks) const;
   std::vector<std::string> sentences(std::span<const Stack> stacks, const BiasCorrection& left) const;
 
   const ReconstructionInput& input_;

@@ -94,6 +94,7 @@ struct Settings {
   SliceMotionKind sliceMotion = SliceMotionKind::Auto; // several scans: see Alignment/SliceMotion.h
   bool acquiredPixels = true;                          // see Job/ScansAsAcquired.h
   bool ignorePadding = true;                           // several scans: see Acquisition/Padding.h
+  bool blendEdges = true;                              // several scans: see Alignment/EdgeBlending.h
   std::optional<double> pixelWidth;                    // several scans: mm, see Stack
   int packets = 0;                                     // of slices that move together; 0: none do
   BiasFieldKind biasField = BiasFieldKind::Off;        // several scans: see Alignment/BiasCorrection.h

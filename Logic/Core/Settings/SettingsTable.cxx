@@ -129,6 +129,9 @@ const std::vector<Setting>& settingsTable() {
       Setting("ignorePadding", MEMBER(ignorePadding), Fit, tr("Ignore padding"),
               tr("Several scans: leave out what a scan was filled up with, as by resampling it to another "
                  "grid: one value up to its border, where other scans show the body.")),
+      Setting("blendEdges", MEMBER(blendEdges), Fit, tr("Blend edges"),
+              tr("Several scans that still differ once aligned: blend each into the others towards its edges, "
+                 "where a step would remain.")),
       Setting(
           "pixelWidth", MEMBER(pixelWidth), Fit, tr("Width of pixels"),
           tr("Several scans: the width over which a pixel averages the tissue in plane, as a slice does over "
