@@ -144,8 +144,7 @@ std::vector<double> weightsOf(const std::vector<Pair>& pairs) {
 }
 
 /// Takes one Gauss-Newton step; returns how far it moved the scan, mm.
-double improve(StackAlignment& alignment, const std::vector<Pair>& pairs, const Vec3& centre, bool moves,
-               bool scales) {
+double improve(StackAlignment& alignment, const std::vector<Pair>& pairs, const Vec3& centre, bool scales) {
   const std::vector<double> weights = weightsOf(pairs);
   std::vector<double> square(kParameters * kParameters), right(kParameters);
   for (std::size_t n = 0; n < pairs.size(); ++n) {
@@ -154,8 +153,8 @@ double improve(StackAlignment& alignment, const std::vector<Pair>& pairs, const 
     const double r = p.own - p.other;
     double j[kParameters];
     for (int a = 0; a < 3; ++a) {
-      j[a] = moves ? -p.gradient[a] : 0;
-      j[3 + a] = moves ? -turn[a] / kArm : 0;
+      j[a] = -p.gradient[a];
+      j[3 + a] = -turn[a] / kArm;
     }
     j[6] = scales ? p.own : 0;
     for (int a = 0; a < kParameters; ++a) {
@@ -306,7 +305,7 @@ private:
     for (int step = 0; step < kSteps; ++step) {
       const std::vector<Pair> pairs = seen(n, mine(n), level, level.step);
       if (static_cast<std::int64_t>(pairs.size()) < kFewestPoints) break;
-      if (improve(mine(n), pairs, centre_, true, scales(n, level)) < kConverged) break;
+      if (improve(mine(n), pairs, centre_, scales(n, level)) < kConverged) break;
     }
   }
 

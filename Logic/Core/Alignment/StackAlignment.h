@@ -20,9 +20,9 @@ struct StackAlignment {
 /// Rigid registration and one gain for each scan after the first, which is fixed (the second, where all but
 /// the first agree): Gauss-Newton on the squared difference of the equally blurred scans, from four times
 /// their common resolution to once (Lucas and Kanade, 1981; Baker and Matthews, 2004), robust by Tukey's
-/// weights (Beaton and Tukey, 1974). Leaves scans in place that would move by less than still scans seem to.
-/// Uses only finite observed voxels, and skips scans with slice poses. Bit-identical for any number of
-/// threads. Throws Error(Cancelled).
+/// weights (Beaton and Tukey, 1974); from several poses where the scan's own leads to nothing convincing.
+/// Leaves scans in place that would move by less than still scans seem to. Uses only finite observed voxels,
+/// and skips scans with slice poses. Bit-identical for any number of threads. Throws Error(Cancelled).
 std::vector<StackAlignment> alignStacks(std::span<const Stack> stacks, ThreadPool& pool);
 
 /// Moves and scales the scans accordingly.
