@@ -112,8 +112,7 @@ ui::ModelInfo AppHost::modelInfo(const QString& id) const {
   item->model->GetBounds(info.bounds.data());
   info.window = item->window;
   const GridGeometry& domain = item->model->GetField()->domain;
-  if (domain.voxelCount() > 0)
-    info.finestSpacing = std::min({domain.spacing[0], domain.spacing[1], domain.spacing[2]});
+  if (domain.voxelCount() > 0) info.finestSpacing = domain.finestSpacing();
   info.saved = item->saved;
   info.origin = item->origin;
   info.file = item->file;

@@ -222,10 +222,9 @@ std::vector<float> projectToPoints(const Volume& volume, const Stack& stack, Thr
 } // namespace
 
 std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool, float keys) {
-  const Vec3& spacing = volume.geometry.spacing;
   const GridGeometry& g = stack.image.geometry;
   const std::vector<PixelPoint> points =
-      pixelPoints(pixelQuadrature(stack, std::min({spacing[0], spacing[1], spacing[2]})), g.spacing);
+      pixelPoints(pixelQuadrature(stack, volume.geometry.finestSpacing()), g.spacing);
   if (points.size() == 1) return projectToPoints(volume, stack, pool, keys);
   std::vector<float> sums(static_cast<std::size_t>(g.voxelCount()), 0.f), weights = sums;
   Stack moved = stack;

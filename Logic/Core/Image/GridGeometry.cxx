@@ -12,6 +12,10 @@ Vec3 GridGeometry::centre() const {
   return indexToWorld()({0.5 * (size[0] - 1), 0.5 * (size[1] - 1), 0.5 * (size[2] - 1)});
 }
 
+double GridGeometry::finestSpacing() const {
+  return std::min({spacing[0], spacing[1], spacing[2]});
+}
+
 Vec3 GridGeometry::extent() const {
   return {size[0] * spacing[0], size[1] * spacing[1], size[2] * spacing[2]};
 }

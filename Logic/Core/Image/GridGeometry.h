@@ -19,6 +19,7 @@ struct GridGeometry {
   Affine3 indexToWorld() const { return {direction * diagonal(spacing), origin}; }
   Vec3 centre() const;                 // mm
   Vec3 extent() const;                 // size × spacing, mm
+  double finestSpacing() const;        // of the three, mm
   std::array<Vec3, 8> corners() const; // of its box, voxel edge to voxel edge, mm
   bool operator==(const GridGeometry&) const = default;
 };

@@ -274,8 +274,7 @@ GaussianField ReconstructionRun::startField(int member) {
 
 std::vector<Observation> ReconstructionRun::observations(const GaussianField& field) const {
   std::vector<Observation> observations;
-  const Vec3& spacing = prepared_.domain.spacing;
-  const double resolution = std::min({spacing[0], spacing[1], spacing[2]});
+  const double resolution = prepared_.domain.finestSpacing();
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
   int scan = 0;
   for (const Stack& stack : fittedStacks()) {

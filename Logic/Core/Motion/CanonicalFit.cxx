@@ -33,10 +33,6 @@ Volume padded(const std::vector<float>& frame, const GridGeometry& g,
 
 } // namespace
 
-double finestSpacing(const GridGeometry& g) {
-  return std::min({g.spacing[0], g.spacing[1], g.spacing[2]});
-}
-
 FitPlan fitPlan(const CanonicalPlan& plan, double voxel) {
   FitPlan fit;
   fit.iterations = plan.iterations;
@@ -83,7 +79,7 @@ GridGeometry fitCanonical(GaussianField& field, const std::vector<float>& frame,
                           const IntensityMap& map, const CanonicalPlan& plan, std::uint64_t seed,
                           const KernelSet& kernels, ThreadPool& pool,
                           const std::function<void(double, double)>& report, DeviceChoice* device) {
-  const double voxel = finestSpacing(g);
+  const double voxel = g.finestSpacing();
   std::array<std::int64_t, 3> margin;
   for (int a = 0; a < 3; ++a)
     margin[a] = std::max<std::int64_t>(1, std::llround(plan.margin * voxel / g.spacing[a]));

@@ -42,7 +42,4 @@ GridGeometry fitCanonical(GaussianField& field, const std::vector<float>& frame,
 /// Corners of the box of a grid's voxel centres, mm, model frame.
 std::array<Vec3, 2> boxInModel(const GridGeometry& grid, const Affine3& modelToWorld);
 
-/// mm, of the finest axis.
-double finestSpacing(const GridGeometry& geometry);
-
 } // namespace innergs

@@ -12,7 +12,7 @@ DeformationFit::DeformationFit(const TimeSeries& series, const IntensityMap& map
                                std::uint64_t seed, const KernelSet& kernels, ThreadPool& pool,
                                DeviceChoice* device)
     : series_(series), map_(map), plan_(std::move(plan)), seed_(seed), kernels_(kernels), pool_(pool),
-      device_(device), voxel_(finestSpacing(series.geometry)), middle_(series.size() / 2) {
+      device_(device), voxel_(series.geometry.finestSpacing()), middle_(series.size() / 2) {
   field_ = emptyField(DynamicKind::Network, series, map, plan_.canonical.cutoff);
 }
 

@@ -12,7 +12,7 @@ namespace innergs {
 MotionFit::MotionFit(const TimeSeries& series, const IntensityMap& map, MotionPlan plan, std::uint64_t seed,
                      const KernelSet& kernels, ThreadPool& pool, DeviceChoice* device)
     : series_(series), map_(map), plan_(plan), seed_(seed), kernels_(kernels), pool_(pool), device_(device),
-      voxel_(finestSpacing(series.geometry)), middle_(series.size() / 2),
+      voxel_(series.geometry.finestSpacing()), middle_(series.size() / 2),
       field_(emptyField(DynamicKind::Motion, series, map, plan_.canonical.cutoff)),
       loss_(observeFrames(series, field_.canonical.modelToWorld, map, pool), kernels, pool, device) {}
 

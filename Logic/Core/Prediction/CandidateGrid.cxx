@@ -6,7 +6,7 @@
 namespace innergs {
 
 GridGeometry candidateGrid(const GridGeometry& stack, const GridGeometry& wanted) {
-  const double fine = std::min({stack.spacing[0], stack.spacing[1], stack.spacing[2]});
+  const double fine = stack.finestSpacing();
   GridGeometry grid = withSpacing(stack, {stack.spacing[0], stack.spacing[1], fine});
   const Vec3 normal = column(stack.direction, 2);
   for (int a = 0; a < 3; ++a) {

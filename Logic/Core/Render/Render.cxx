@@ -162,9 +162,8 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
           ? std::vector<float>{}
           : projectToStack(field.residual, blank, pool, ResidualSampler::kKeys);
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
-  const Vec3& spacing = field.region().spacing;
-  const double resolution =
-      field.region().voxelCount() > 0 ? std::min({spacing[0], spacing[1], spacing[2]}) : 0;
+  const GridGeometry region = field.region();
+  const double resolution = region.voxelCount() > 0 ? region.finestSpacing() : 0;
   for (const Observation& o : observe(blank, field.modelToWorld, {}, closedForm, false, resolution)) {
     weights.resize(o.bufferSize());
     slice.resize(o.sliceSize());
