@@ -10,7 +10,9 @@ namespace innergs {
 namespace {
 
 /// From DICOM's HHMMSS.FFFFFF.
-std::optional<double> secondsAfterMidnight(const std::string& text) {
+std::optional<double> secondsAfterMidnight(std::string text) {
+  while (!text.empty() && text.back() == ' ') // DICOM values have an even number of characters
+    text.pop_back();
   const auto time = wholeTextNumber(text);
   if (!time || text.size() < 6 || !(*time >= 0 && *time < 240000)) return std::nullopt;
   const double hours = std::floor(*time / 10000), minutes = std::floor(*time / 100) - 100 * hours;

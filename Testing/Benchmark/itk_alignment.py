@@ -144,8 +144,7 @@ def main():
     masks = [sitk.ReadImage(str(file), sitk.sitkFloat32) > 0 for file in options.mask]
     for image, mask in zip(images, masks):
         mask.CopyInformation(image)
-    mask_of = lambda n: masks[n] if masks else None
-    centres = [middle(image, mask_of(n)) for n, image in enumerate(images)]
+    centres = [middle(image, masks[n] if masks else None) for n, image in enumerate(images)]
     reference = [np.eye(4)] * len(images)
     if options.reference == "found":
         reference, _ = aligned_by_innergs(options, images, masks)
@@ -160,8 +159,8 @@ def main():
             found, taken = aligned_by_innergs(options, moved, moved_masks)
             seconds["InnerGS"] += taken
             begun = time.monotonic()
-            by_itk = [np.eye(4)] + [aligned_by_itk(moved[0], moved[n], *([moved_masks[0], moved_masks[n]] if masks
-                                                                         else [None, None]))
+            given = moved_masks or [None] * len(images)
+            by_itk = [np.eye(4)] + [aligned_by_itk(moved[0], moved[n], given[0], given[n])
                                     for n in range(1, len(images))]
             seconds["ITK"] += time.monotonic() - begun
             for n in range(1, len(images)):

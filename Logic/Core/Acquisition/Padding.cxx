@@ -4,7 +4,9 @@
 #include "Core/Image/Components.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <optional>
 

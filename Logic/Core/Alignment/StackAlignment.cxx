@@ -320,23 +320,23 @@ private:
     const PairedSums first = compare(seen(n, mine(n), coarse), coarse.threshold);
     convincing_[n] = !first.enough() || first.correlation() >= kConvincing;
     if (convincing_[n]) return;
-    std::vector<Affine3> poses;
-    for (std::size_t m = 1; m < part_.size(); ++m) // which scans after a movement have in common
-      if (m != n && mine(m).toOthers != Affine3{}) poses.push_back(mine(m).toOthers);
+    std::vector<Affine3> turns;
     for (int axis = 0; axis < 3; ++axis)
       for (const double angle : {-kStartAngle, kStartAngle}) {
         Vec3 turn{0, 0, 0};
         turn[axis] = angle * std::numbers::pi / 180;
-        poses.push_back(rigidAbout(centre_, turn, {0, 0, 0}));
+        turns.push_back(rigidAbout(centre_, turn, {0, 0, 0}));
       }
+    std::vector<Affine3> poses = turns;
+    for (std::size_t m = 1; m < part_.size(); ++m) // which scans after a movement have in common
+      if (m != n && mine(m).toOthers != Affine3{}) poses.push_back(mine(m).toOthers);
     std::vector<StackAlignment> ends{mine(n), begun};
     if (const Affine3 shift{{}, middleOf(0) - middleOf(n)}; norm(shift.offset) > coarse.step) {
       ends.push_back(begun);
       ends.back().toOthers = shift;
-      const std::size_t turned = poses.size();
       poses.push_back(shift);
-      for (std::size_t p = turned - 6; p < turned; ++p)
-        poses.push_back(poses[p] * shift);
+      for (const Affine3& turn : turns)
+        poses.push_back(turn * shift);
     }
     for (const Affine3& pose : poses) {
       mine(n) = begun;

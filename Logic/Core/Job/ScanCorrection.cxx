@@ -102,6 +102,8 @@ void ScanCorrection::findPlaces(std::span<Stack> stacks) {
   leavePaddingOut();
   if (!settings_.align) return;
   alignment_ = alignStacks(stacks, pool_);
+  const auto stays = [](const StackAlignment& a) { return a.fits && a.displacement == 0; };
+  if (std::all_of(alignment_.begin(), alignment_.end(), stays)) return;
   const std::vector<std::vector<std::uint8_t>> before = padded_;
   findPadding(stacks);
   leavePaddingOut();
