@@ -26,7 +26,8 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
             "Volume to write: 1 where some slice measured the tissue, 0 where the output is interpolated;\n"
             "takes the same second fit");
   addOutputType(*output, o.type);
-  o.grid.add(*output, "the finest spacing of the scans, isotropic, over the first scan's box");
+  o.grid.add(*output,
+             "the finest spacing of the scans, isotropic, over the box of the first and of those beside it");
   output->add_flag("-q,--quiet", o.quiet, "No progress and no summary; errors and warnings only");
 
   auto* input = app.add_option_group("Input", "how the scans were acquired");

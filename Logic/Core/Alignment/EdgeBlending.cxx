@@ -15,12 +15,7 @@ struct Seen {
 
 /// 0 at and beyond the faces of a grid, 1 from `width` (mm) before them on.
 double depthShare(const GridGeometry& grid, const Vec3& index, double width) {
-  double least = width;
-  for (int a = 0; a < 3; ++a) {
-    const double low = index[a] + 0.5, high = static_cast<double>(grid.size[a]) - low;
-    least = std::min(least, std::min(low, high) * grid.spacing[a]);
-  }
-  return std::max(0.0, least / width);
+  return std::clamp(depthInside(grid, index) / width, 0.0, 1.0);
 }
 
 } // namespace

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace innergs {
 namespace {
@@ -37,9 +38,14 @@ bool holds(const Stack& stack, const Vec3& index, const Counts& counts) {
   return counts(stack, nearest[0] + size[0] * (nearest[1] + size[1] * nearest[2]));
 }
 
-/// Volume (mm³) of the counted voxels, each place once even if several stacks see it.
+/// Volume (mm³) of places, each once even if several stacks see it.
+struct SeenVolume {
+  double all = 0, byOne = 0; // by any stack, by only one
+};
+
+/// Of the counted voxels.
 template <class Counts>
-double unionVolume(std::span<const Stack> stacks, const Counts& counts) {
+SeenVolume seenVolume(std::span<const Stack> stacks, const Counts& counts) {
   std::vector<std::vector<Affine3>> toIndex; // one map, or one per posed slice
   for (const Stack& stack : stacks) {
     const Affine3 map = stack.image.geometry.indexToWorld();
@@ -48,7 +54,7 @@ double unionVolume(std::span<const Stack> stacks, const Counts& counts) {
       maps.push_back(inverse(pose * map));
     if (stack.poses.empty()) maps.push_back(inverse(map));
   }
-  std::vector<double> parts;
+  std::vector<double> parts, partsByOne;
   for (std::size_t s = 0; s < stacks.size(); ++s) {
     const Stack& stack = stacks[s];
     const GridGeometry& g = stack.image.geometry;
@@ -59,7 +65,7 @@ double unionVolume(std::span<const Stack> stacks, const Counts& counts) {
     const Vec3 extent = g.extent();
     const double own =
         extent[0] * extent[1] * extent[2] * static_cast<double>(counted) / static_cast<double>(voxels);
-    if (stacks.size() == 1) return own;
+    if (stacks.size() == 1) return {own, own};
     std::int64_t step = 1;
     for (const std::int64_t prime : {7, 61, 509, 4001})
       if (counted / step > kVolumeSamples) step = prime;
@@ -87,13 +93,24 @@ double unionVolume(std::span<const Stack> stacks, const Counts& counts) {
     double once = 0;
     for (std::size_t n = 1; n < seenBy.size(); ++n)
       once += static_cast<double>(seenBy[n]) / static_cast<double>(n);
-    if (visited > 0) parts.push_back(own * once / static_cast<double>(visited));
+    if (visited == 0) continue;
+    parts.push_back(own * once / static_cast<double>(visited));
+    partsByOne.push_back(own * static_cast<double>(seenBy[1]) / static_cast<double>(visited));
   }
-  std::sort(parts.begin(), parts.end()); // makes the sum independent of the stacks' order
-  double volume = 0;
-  for (const double part : parts)
-    volume += part;
-  return volume;
+  const auto sum = [](std::vector<double>& terms) {
+    std::sort(terms.begin(), terms.end()); // makes the sum independent of the stacks' order
+    return std::accumulate(terms.begin(), terms.end(), 0.0);
+  };
+  return {sum(parts), sum(partsByOne)};
+}
+
+constexpr double kMostlyBeside = 0.6; // of the volume, seen by one stack only
+
+bool haveDistantSlices(std::span<const Stack> stacks) {
+  return std::all_of(stacks.begin(), stacks.end(), [](const Stack& stack) {
+    const Vec3& s = stack.image.geometry.spacing;
+    return stack.poses.empty() && s[2] > 1.4 * std::min(s[0], s[1]);
+  });
 }
 
 } // namespace
@@ -138,7 +155,9 @@ DataTraits geometryTraits(std::span<const Stack> stacks) {
   for (const Stack& stack : stacks)
     if (stack.profile != SliceProfile::Point && effectiveThickness(stack) > 1.4 * t.voxel)
       t.thickness = std::max(t.thickness, effectiveThickness(stack));
-  t.volume = unionVolume(stacks, [](const Stack&, std::size_t) { return true; });
+  const SeenVolume seen = seenVolume(stacks, [](const Stack&, std::size_t) { return true; });
+  t.volume = seen.all;
+  t.adjoining = stacks.size() > 1 && seen.byOne >= kMostlyBeside * seen.all && haveDistantSlices(stacks);
   t.region = std::any_of(stacks.begin(), stacks.end(), [](const Stack& s) { return s.isRegion; });
   const Stack& first = stacks.front();
   const Vec3& spacing = first.image.geometry.spacing;
@@ -158,7 +177,8 @@ DataTraits withMovedSlices(DataTraits traits) {
 
 bool predicts(const Settings& settings, const DataTraits& traits) {
   return settings.prediction != PredictionKind::None && settings.preset != Preset::Paper &&
-         chosenBlending(settings) == Blending::Normalised && traits.singleAnisotropic() && !traits.posed;
+         chosenBlending(settings) == Blending::Normalised && !traits.posed &&
+         (traits.singleAnisotropic() || (traits.adjoining && traits.superResolution()));
 }
 
 bool addsResidual(const Settings& settings, const DataTraits& traits) {
@@ -178,8 +198,9 @@ DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map)
   DataTraits t = geometryTraits(stacks);
   t.noise = noiseOf(stacks, map);
   forEachSample(stacks, [&](float) { ++t.samples; });
-  t.volume = unionVolume(
-      stacks, [](const Stack& stack, std::size_t v) { return std::isfinite(stack.image.voxels[v]); });
+  t.volume = seenVolume(stacks, [](const Stack& stack, std::size_t v) {
+               return std::isfinite(stack.image.voxels[v]);
+             }).all;
   return t;
 }
 

@@ -17,6 +17,7 @@ struct DataTraits {
   ReachedShare reached;     // share of a full start that affects what is observed
   bool region = false;      // cut out of larger scans
   bool posed = false;       // slices have poses
+  bool adjoining = false;   // several stacks of distant slices that mostly lie beside each other
   bool cubes = false;       // one connected stack of thin slices with nearly cubic voxels
   /// A single stack whose slices are clearly farther apart than its pixels: the fit must bridge the gaps.
   bool singleAnisotropic() const { return stacks == 1 && gap > 1.4 * voxel; }
@@ -31,7 +32,7 @@ bool addsResidual(const Settings& settings, const DataTraits& traits);
 /// The largest noise (standard deviation) of the stacks, in units of the map.
 double noiseOf(std::span<const Stack> stacks, const IntensityMap& map);
 /// The traits that the grids alone determine: voxel, gap, thickness, stacks, volume (as if all were
-/// observed), posed, cubes; and a typical noise.
+/// observed), posed, adjoining, cubes; and a typical noise.
 DataTraits geometryTraits(std::span<const Stack> stacks);
 /// These traits where the slices will be found to have moved; with a typical disagreement.
 DataTraits withMovedSlices(DataTraits traits);

@@ -100,6 +100,15 @@ GridGeometry cropped(const GridGeometry& geometry, const std::array<std::int64_t
   return result;
 }
 
+double depthInside(const GridGeometry& geometry, const Vec3& index) {
+  double least = std::numeric_limits<double>::infinity();
+  for (int a = 0; a < 3; ++a) {
+    const double low = index[a] + 0.5, high = static_cast<double>(geometry.size[a]) - low;
+    least = std::min(least, std::min(low, high) * geometry.spacing[a]);
+  }
+  return least;
+}
+
 bool sameGrid(const GridGeometry& a, const GridGeometry& b, double tolerance) {
   if (a.size != b.size) return false;
   const Affine3 worldOfA = a.indexToWorld(), worldOfB = b.indexToWorld();

@@ -39,6 +39,9 @@ GridGeometry reduced(const GridGeometry& geometry, std::int64_t most);
 GridGeometry cropped(const GridGeometry& geometry, const std::array<std::int64_t, 3>& first,
                      const std::array<std::int64_t, 3>& size);
 
+/// From a continuous index to the nearest face of the grid's box (mm), negative outside.
+double depthInside(const GridGeometry& geometry, const Vec3& index);
+
 /// True if the sizes agree and all corner voxels coincide within `tolerance` mm.
 bool sameGrid(const GridGeometry& a, const GridGeometry& b, double tolerance = 1e-3);
 

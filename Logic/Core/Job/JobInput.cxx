@@ -7,6 +7,7 @@
 #include "Core/Base/StopToken.h"
 #include "Core/Image/Region.h"
 #include "Core/Image/Support.h"
+#include "Core/Prediction/CandidateGrid.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +15,7 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace innergs {
 namespace {
@@ -65,13 +67,10 @@ std::size_t apart(std::span<const Stack> stacks) {
   return left.empty() ? 0 : left.front();
 }
 
-/// Whether a stack is a slab of the same acquisition: parallel slices, centred before or after those of the
-/// first stack.
-bool continues(const Stack& stack, const GridGeometry& first) {
-  const GridGeometry& g = stack.image.geometry;
-  const double k = inverse(first.indexToWorld())(g.centre())[2];
-  return stack.poses.empty() && std::abs(dot(column(first.direction, 2), column(g.direction, 2))) > 0.999 &&
-         (k < -0.5 || k > static_cast<double>(first.size[2]) - 0.5);
+/// Whether a stack's centre lies outside of the first one's box, as those of slabs and stations do.
+bool liesBeside(const Stack& stack, const GridGeometry& first) {
+  return stack.poses.empty() &&
+         depthInside(first, inverse(first.indexToWorld())(stack.image.geometry.centre())) < 0;
 }
 
 /// `grid`, extended by whole voxels until it covers those of the stacks that `wanted` accepts. whole: it
@@ -276,7 +275,8 @@ bool predictsEach(const Settings& settings, const DataTraits& traits, std::span<
                   bool masked) {
   return settings.prediction != PredictionKind::None && settings.consistency && !masked && !traits.posed &&
          traits.thickness > 0 && (settings.preset == Preset::Balanced || settings.preset == Preset::Best) &&
-         chosenBlending(settings) == Blending::Normalised && severalThick(stacks);
+         chosenBlending(settings) == Blending::Normalised && severalThick(stacks) &&
+         !predicts(settings, traits);
 }
 
 double pixelWidth(const Stack& scan, std::span<const Stack> scans, const Settings& settings) {
@@ -364,9 +364,9 @@ GridGeometry acquisitionGrid(std::span<const Stack> stacks) {
   const Stack& first = stacks.front();
   const GridGeometry& grid = first.image.geometry;
   if (!first.poses.empty()) return coveringGrid(stacks, false);
-  const auto isSlab = [&](const Stack& stack) { return continues(stack, grid); };
-  if (std::none_of(stacks.begin(), stacks.end(), isSlab)) return grid;
-  return grown(grid, stacks, isSlab);
+  const auto beside = [&](const Stack& stack) { return liesBeside(stack, grid); };
+  if (std::none_of(stacks.begin(), stacks.end(), beside)) return grid;
+  return grown(grid, stacks, beside);
 }
 
 GridGeometry defaultOutputGrid(std::span<const Stack> stacks) {
@@ -380,6 +380,19 @@ GridGeometry dataDomain(std::span<const Stack> stacks) {
   const Stack& first = stacks.front();
   if (stacks.size() == 1 || !first.poses.empty()) return domain;
   return grown(domain, stacks, [](const Stack&) { return true; });
+}
+
+GridGeometry predictedGrid(std::span<const Stack> stacks, const GridGeometry& output) {
+  const auto order = [](const Stack& stack) { // of two with the same pixels, the larger comes first
+    const GridGeometry& g = stack.image.geometry;
+    const Vec3 extent = g.extent();
+    return std::pair(std::min(g.spacing[0], g.spacing[1]), -extent[0] * extent[1] * extent[2]);
+  };
+  const auto finest = std::min_element(stacks.begin(), stacks.end(),
+                                       [&](const Stack& a, const Stack& b) { return order(a) < order(b); });
+  GridGeometry grid = finest->image.geometry;
+  if (stacks.size() > 1) grid = grown(grid, stacks, [](const Stack&) { return true; });
+  return candidateGrid(grid, output);
 }
 
 Affine3 modelFrame(const GridGeometry& geometry) {

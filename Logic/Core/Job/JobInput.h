@@ -34,7 +34,7 @@ bool correctsSlices(const Settings& settings, std::span<const Stack> stacks);
 
 /// Whether what each scan shows alone between its slices takes part in the fit of several: presets balanced
 /// and best, no masks, normalised blending, thick slices without poses, clearly farther apart than their
-/// pixels.
+/// pixels, that do not mostly lie beside each other.
 bool predictsEach(const Settings& settings, const DataTraits& traits, std::span<const Stack> stacks,
                   bool masked);
 
@@ -64,8 +64,8 @@ double maskedShare(const ReconstructionInput& input, double volume, double reach
 /// nearest fitted ones. `bridged` holds the copies that this needs.
 std::span<const Stack> startStacks(const PreparedInput& prepared, std::vector<Stack>& bridged);
 
-/// The first stack's grid, extended to cover the slabs (parallel stacks before or after it) of the same
-/// acquisition. If its slices have poses: dataDomain().
+/// The first stack's grid, extended to cover those whose centres lie outside of its box (slabs, stations). If
+/// its slices have poses: dataDomain().
 GridGeometry acquisitionGrid(std::span<const Stack> stacks);
 
 /// The default output grid: isotropic at the finest spacing of all stacks, over the box of
@@ -74,6 +74,10 @@ GridGeometry defaultOutputGrid(std::span<const Stack> stacks);
 
 /// The grid of a fitted field: axes of the first stack, finest spacing of all, over the box of all stacks.
 GridGeometry dataDomain(std::span<const Stack> stacks);
+
+/// The grid of a prediction between the slices of one scan, or of several that mostly lie beside each other:
+/// candidateGrid() of the scan with the finest pixels, over the box of all.
+GridGeometry predictedGrid(std::span<const Stack> stacks, const GridGeometry& output);
 
 /// The rigid frame of the fit: axes of the first stack (made right-handed), origin at its centre.
 Affine3 modelFrame(const GridGeometry& geometry);

@@ -99,12 +99,17 @@ double mixingBytes(const ReconstructionInput& input, const Settings& settings) {
 std::int64_t predictedMemory(const ReconstructionInput& input, const Settings& settings, Settings filled,
                              const GridGeometry& grid) {
   const ReconstructionInput thin = predictionOutline(input, grid);
-  const GridGeometry& candidates = thin.stacks.front().image.geometry;
+  const GridGeometry& joined = thin.stacks.front().image.geometry;
   filled.prediction = PredictionKind::None;
-  const Stack& scan = input.stacks.front();
-  const double fit = static_cast<double>(estimateMemory(thin, filled)) +
-                     5 * static_cast<double>(scan.image.geometry.voxelCount());
-  return static_cast<std::int64_t>(std::max(fit, predictingBytes(scan, candidates, settings)));
+  const double slices = voxelsOf(input.stacks);
+  const double fit = static_cast<double>(estimateMemory(thin, filled)) + 5 * slices;
+  double predicting = 0;
+  for (const Stack& scan : input.stacks)
+    predicting =
+        std::max(predicting, predictingBytes(scan, candidateGrid(scan.image.geometry, joined), settings));
+  if (input.stacks.size() > 1) // sums and weights, of predictions and of fields
+    predicting += 16 * static_cast<double>(joined.voxelCount()) + 5 * slices;
+  return static_cast<std::int64_t>(std::max(fit, predicting));
 }
 
 /// While the result is kept: the second fit, then the simulation that the uncertainty needs, then the

@@ -92,7 +92,7 @@ double fieldShareOfNoisy(const Stack& scan, const Settings& settings, double noi
 ReconstructionInput predictionOutline(const ReconstructionInput& input, const GridGeometry& output) {
   ReconstructionInput thin;
   Stack& stack = thin.stacks.emplace_back();
-  stack.image.geometry = candidateGrid(input.stacks.front().image.geometry, output);
+  stack.image.geometry = predictedGrid(input.stacks, output);
   stack.profile = SliceProfile::Point;
   thin.outputGrid = output;
   return thin;
@@ -121,6 +121,11 @@ double learningCost(const GridGeometry& scan, const GridGeometry& grid, Predicti
   const PredictionOperations each =
       predictionOperations(scan, options).perThread(threadCount(settings.threads));
   return each.learning + each.applying;
+}
+
+double PredictionCost::beforeFit(const Settings& settings, double voxels, bool averaged) const {
+  const bool tries = triesField(settings, voxels);
+  return choosing + mixing + trial + learning + (tries ? trialField : 0) + (tries || averaged ? field : 0);
 }
 
 PredictionCost predictionCost(const Stack& scan, const GridGeometry& grid, const Settings& settings) {

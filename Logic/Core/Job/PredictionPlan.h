@@ -48,6 +48,9 @@ struct PredictionCost {
   double field = 0;      // a field fitted to all slices
   double mixing = 0;     // and making the mixture consistent with the slices
   double fit = 0;        // of the Gaussians to the prediction, to the end of the job
+
+  /// All but the fit, for a prediction of this many voxels. averaged: with a field, see fieldShareOfNoisy().
+  double beforeFit(const Settings& settings, double voxels, bool averaged) const;
 };
 
 /// From the grids of a scan and of its prediction; needs no voxels.

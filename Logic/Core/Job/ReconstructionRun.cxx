@@ -8,12 +8,10 @@
 #include "Core/Fit/CoverUnreached.h"
 #include "Core/Image/Metrics.h"
 #include "Core/Job/MemoryEstimate.h"
+#include "Core/Job/PredictedScans.h"
 #include "Core/Job/Resume.h"
 #include "Core/Job/ShareTrial.h"
-#include "Core/Job/SlicePrediction.h"
 #include "Core/Job/TimeEstimate.h"
-#include "Core/Prediction/CandidateGrid.h"
-#include "Core/Prediction/PredictionNoise.h"
 
 #include <algorithm>
 #include <atomic>
@@ -172,26 +170,16 @@ void ReconstructionRun::choose() {
   traits_.disagreement = correction_->disagreement();
   result_.noise = traits_.noise * map_.scale;
   if (predicts(settings_, traits_)) {
-    const double noise = unpredictedNoise(prepared_.stacks.front(), traits_.noise);
-    predictionNoise_ = noise * map_.scale;
-    SlicePrediction prediction(
-        prepared_, settings_, input_.predictionParts, predictionNoise_,
+    PredictedScans predicted = predictScans(
+        prepared_, settings_, input_.predictionParts, map_,
         [this](const Stack& slices, const GridGeometry& grid, const Settings& settings, double from,
                double to) { return fieldAlone(slices, grid, settings, from, to); },
-        true, progress_, *pool_);
-    const Stack& scan = prepared_.stacks.front();
-    const GridGeometry grid = candidateGrid(scan.image.geometry, prepared_.outputGrid);
-    const double share = fieldShareOfNoisy(scan, settings_, noise, grid.voxelCount());
-    if (share > 0) prediction.keepField();
-    predicted_ = prediction.predict();
-    result_.prediction = prediction.sentence();
-    if (std::optional<Volume> field = prediction.takeField()) {
-      averaged_ = {std::move(*field), share};
-      const std::string said = formatted(
-          "As the slices are noisy, %.0f %% of the result is a field fitted to them alone.", 100 * share);
-      result_.prediction += " " + said;
-      progress_.say(said);
-    }
+        progress_, *pool_);
+    traits_.volume *= predicted.kept;
+    predictionNoise_ = predicted.noise;
+    averaged_ = std::move(predicted.averaged);
+    result_.prediction = std::move(predicted.sentence);
+    predicted_ = std::move(predicted.thin);
   }
   predictsEach_ = !correction_->differentBodies() &&
                   predictsEach(settings_, traits_, prepared_.stacks, !input_.masks.empty());
@@ -485,8 +473,8 @@ void ReconstructionRun::addResidual() {
     return mixPredictions(options); // refines with them
   double mse;
   if (predicted_)
-    mse = refineToPrediction(field, *predicted_, averaged_, prepared_.stacks.front(), predictionNoise_,
-                             options, *pool_);
+    mse = refineToPrediction(field, *predicted_, averaged_, prepared_.stacks, predictionNoise_, options,
+                             *pool_);
   else if (traits_.thickness > 0)
     mse = refineToSlices(field, prepared_.stacks, result_.noise, prepared_.range, options, *pool_);
   else

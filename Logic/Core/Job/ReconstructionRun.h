@@ -92,8 +92,8 @@ private:
   std::string key_;
   double fitStarts_ = 0;                   // fraction of the progress
   bool refitting_ = false;                 // the model to resume starts another fit
-  std::optional<Stack> predicted_;         // what lies between the slices of one scan, as thin slices
-  double predictionNoise_ = 0;             // of that scan, without what its slices share; scanner units
+  std::optional<Stack> predicted_;         // what lies between the slices, as thin slices
+  double predictionNoise_ = 0;             // of the scans, without what their slices share; scanner units
   std::optional<WeightedVolume> averaged_; // with it, its noise removed
   bool predictsEach_ = false;              // or what lies between those of each is mixed in after the fit
   Model model_;                            // its field holds the finished members

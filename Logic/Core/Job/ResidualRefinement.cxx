@@ -135,7 +135,8 @@ double refineToSlices(GaussianField& field, std::span<const Stack> slices, doubl
 }
 
 double refineToPrediction(GaussianField& field, Stack& predicted, const std::optional<WeightedVolume>& other,
-                          const Stack& scan, double noise, RenderOptions options, ThreadPool& pool) {
+                          std::span<const Stack> scans, double noise, RenderOptions options,
+                          ThreadPool& pool) {
   options.bounded = false;
   Volume missed = render(field, predicted.image.geometry, options);
   const auto scale = static_cast<float>(1 / field.intensityScale);
@@ -149,16 +150,18 @@ double refineToPrediction(GaussianField& field, Stack& predicted, const std::opt
     predicted.image.voxels[v] += change;
   }
   for (float& v : missed.voxels)
-    v *= scale;
+    v = std::isfinite(v) ? scale * v : 0; // not finite where there is no prediction
   field.residual = std::move(missed);
-  const std::vector<float> seen = projectToStack(predicted.image, scan, pool);
   double squared = 0;
   std::int64_t count = 0;
-  for (std::size_t v = 0; v < seen.size(); ++v) {
-    const double e = (static_cast<double>(seen[v]) - scan.image.voxels[v]) * scale;
-    if (!std::isfinite(e)) continue;
-    squared += e * e;
-    ++count;
+  for (const Stack& scan : scans) {
+    const std::vector<float> seen = projectToStack(predicted.image, scan, pool);
+    for (std::size_t v = 0; v < seen.size(); ++v) {
+      const double e = (static_cast<double>(seen[v]) - scan.image.voxels[v]) * scale;
+      if (!std::isfinite(e)) continue;
+      squared += e * e;
+      ++count;
+    }
   }
   return squared / static_cast<double>(std::max<std::int64_t>(1, count));
 }

@@ -28,8 +28,9 @@ struct WeightedVolume {
 
 /// The same for what they miss of a prediction, without its noise, on the prediction's grid, averaged with
 /// another volume of that grid, if any. `predicted` becomes that average; the error returned is its error
-/// on the scan it was predicted from.
+/// on the scans it was predicted from.
 double refineToPrediction(GaussianField& field, Stack& predicted, const std::optional<WeightedVolume>& other,
-                          const Stack& scan, double noise, RenderOptions options, ThreadPool& pool);
+                          std::span<const Stack> scans, double noise, RenderOptions options,
+                          ThreadPool& pool);
 
 } // namespace innergs

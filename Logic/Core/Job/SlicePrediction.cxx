@@ -4,7 +4,6 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Fit/Plan.h"
-#include "Core/Image/Region.h"
 #include "Core/Prediction/CandidateGrid.h"
 #include "Core/Prediction/PredictionShares.h"
 
@@ -292,13 +291,6 @@ Stack SlicePrediction::predict() {
   progress_.state.note.clear();
   thin.profile = SliceProfile::Point;
   thin.name = scan_.name;
-  if (!prepared_.support.voxels.empty()) {
-    if (const auto block = blockOver(thin.image.geometry, boxOf(prepared_.support.geometry))) {
-      if (field_) field_ = cropped(*field_, *block);
-      thin.image = cropped(thin.image, *block);
-    }
-    thin.observed = resampleMask(prepared_.support, thin.image.geometry, pool_.stopToken());
-  }
   return thin;
 }
 

@@ -24,7 +24,7 @@ public:
 
   /// Has predict() also fit, and keep, a field to the slices alone.
   void keepField() { keepsField_ = parts_.field; }
-  /// The prediction as thin slices, observed where the field will have values. Throws Error(Cancelled).
+  /// The prediction as thin slices. Throws Error(Cancelled).
   Stack predict();
   /// That field's volume on the grid of the prediction; nothing where the scan is only interpolated.
   std::optional<Volume> takeField() { return std::exchange(field_, std::nullopt); }

@@ -38,7 +38,8 @@ constexpr double kAligning = 100, kShading = 50, kStillSlices = 12, kMovedSlices
 /// Cost of an iteration and of the refinement where slices move, relative to still ones.
 constexpr double kMovedFit = 1.7, kMovedRefining = 2.5;
 constexpr double kAlignedPoints = 40e3;
-constexpr int kTrialIterations = 4; // at most half of them coarse
+constexpr double kAlignedVoxel = 8e3; // cost of such a voxel, in multiply-adds, where a prediction is fitted
+constexpr int kTrialIterations = 4;   // at most half of them coarse
 
 /// A piece of the stacks' grids with about this many voxels, all around one point, with some structure.
 std::vector<Stack> pieceOf(const std::vector<Stack>& stacks, double voxels) {
@@ -258,12 +259,16 @@ double TimeEstimator::predictedSeconds(const ReconstructionInput& input, const S
   Settings fitted = filled;
   fitted.prediction = PredictionKind::None;
   double seconds = this->seconds(thin, fitted);
-  const Stack& scan = input.stacks.front();
-  const GridGeometry& grid = thin.stacks.front().image.geometry;
-  double predicting = scanSeconds(scan, grid, settings);
-  if (!triesField(settings, static_cast<double>(grid.voxelCount())) &&
-      averagesWithField(scan, grid, settings))
-    predicting += fieldSeconds(scan, grid, settings);
+  double predicting = multiplyTime_(settings.instructionSet) * kAlignedVoxel *
+                      aligningVoxels(input.stacks, settings, voxelsOf(input.stacks)) /
+                      threadCount(settings.threads);
+  for (const Stack& scan : input.stacks) {
+    const GridGeometry grid = candidateGrid(scan.image.geometry, thin.stacks.front().image.geometry);
+    predicting += scanSeconds(scan, grid, settings);
+    if (!triesField(settings, static_cast<double>(grid.voxelCount())) &&
+        averagesWithField(scan, grid, settings))
+      predicting += fieldSeconds(scan, grid, settings);
+  }
   if (!DeviceChoice(settings.device, settings.instructionSet, settings.selection).onCpu() && seconds == 0)
     return 0;
   return seconds + predicting;

@@ -111,7 +111,8 @@ const std::vector<Setting>& settingsTable() {
               {.part = Result}),
       Setting(
           "prediction", MEMBER(prediction), Fit, tr("Between the slices"),
-          tr("What fills the gaps between distant slices: of one scan, before Gaussians are fitted to it; "
+          tr("What fills the gaps between distant slices: of one scan, or several that mostly lie beside "
+             "each other, before Gaussians are fitted; "
              "of several that lie still, with presets balanced and best, in part. With none, the Gaussians "
              "bridge the gaps."),
           {.words = {{"auto", tr("automatic"), tr("The same as learned.")},
@@ -129,9 +130,10 @@ const std::vector<Setting>& settingsTable() {
       Setting("ignorePadding", MEMBER(ignorePadding), Fit, tr("Ignore padding"),
               tr("Several scans: leave out what a scan was filled up with, as by resampling it to another "
                  "grid: one value up to its border, where other scans show the body.")),
-      Setting("blendEdges", MEMBER(blendEdges), Fit, tr("Blend edges"),
-              tr("Several scans that still differ once aligned: blend each into the others towards its edges, "
-                 "where a step would remain.")),
+      Setting(
+          "blendEdges", MEMBER(blendEdges), Fit, tr("Blend edges"),
+          tr("Several scans that still differ once aligned: blend each into the others towards its edges, "
+             "where a step would remain.")),
       Setting(
           "pixelWidth", MEMBER(pixelWidth), Fit, tr("Width of pixels"),
           tr("Several scans: the width over which a pixel averages the tissue in plane, as a slice does over "

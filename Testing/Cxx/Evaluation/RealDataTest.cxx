@@ -1,7 +1,9 @@
 #include "Core/Alignment/SliceMotion.h"
 #include "Core/Image/Metrics.h"
 #include "Core/Image/NoiseEstimate.h"
+#include "Core/Image/Region.h"
 #include "Core/Image/Simulate.h"
+#include "Core/Job/ReconstructionJob.h"
 #include "Evaluation/HeldOutProtocol.h"
 #include "Evaluation/SimulatedStacks.h"
 #include "IO/VolumeIO.h"
@@ -25,6 +27,11 @@ double psnrOf(const EvaluationReport& report, const std::string& name) {
     if (method.name == name) return method.psnr;
   ADD_FAILURE() << "no method " << name;
   return 0;
+}
+
+/// 119 × 136 × 112 voxels of the studyforrest scan.
+Volume middleOf(const Volume& volume) {
+  return cropped(volume, IndexBlock{{24, 30, 124}, {119, 136, 112}});
 }
 
 } // namespace
@@ -61,14 +68,7 @@ TEST(RealData, NoiseEstimateFindsAddedNoise) {
 TEST(RealData, BaselinesReachTheirKnownScores) {
   const auto volume = testVolume("A_studyforrest_T1w_1mm_crop.nii.gz");
   if (!volume) GTEST_SKIP() << "no test volumes in " << INNERGS_TEST_DATA;
-  const std::array<std::int64_t, 3> first{24, 30, 124}, size{119, 136, 112};
-  Volume crop{cropped(volume->geometry, first, size), {}};
-  const auto& n = volume->geometry.size;
-  for (std::int64_t k = 0; k < size[2]; ++k)
-    for (std::int64_t j = 0; j < size[1]; ++j)
-      for (std::int64_t i = 0; i < size[0]; ++i)
-        crop.voxels.push_back(volume->voxels[static_cast<std::size_t>(
-            first[0] + i + n[0] * (first[1] + j + n[1] * (first[2] + k)))]);
+  const Volume crop = middleOf(*volume);
   EvaluationOptions options;
   options.gaussians = false;
   const auto thick = evaluateHeldOut(crop, {HeldOutCase::Kind::Thick, 4, 2, 0}, options);
@@ -94,5 +94,39 @@ TEST(RealData, SlicesMoveOnlyWhereTheyMoved) {
     const SliceMotion found = findSliceMotion(simulateStacks(*volume, simulated, pool).stacks, {}, pool);
     EXPECT_EQ(found.moved, moved > 0)
         << stacks << " scans, by " << moved << ": " << found.psnrBefore << " to " << found.psnrAfter << " dB";
+  }
+}
+
+// Slices of 4 mm; of the two slabs, the second is also acquired half a slice further on.
+TEST(RealData, AdjoiningSlabsGiveWhatOneScanGives) {
+  const auto volume = testVolume("A_studyforrest_T1w_1mm_crop.nii.gz");
+  if (!volume) GTEST_SKIP() << "no test volumes in " << INNERGS_TEST_DATA;
+  const Volume truth = middleOf(*volume);
+  const auto slab = [&](std::int64_t first, std::int64_t planes) {
+    return simulateThickStack(cropped(truth, IndexBlock{{0, 0, first}, {119, 136, planes}}), 2, 4);
+  };
+  const auto psnr = [&](std::vector<Stack> stacks, PredictionKind kind) {
+    ReconstructionInput input;
+    input.stacks = std::move(stacks);
+    input.outputGrid = truth.geometry;
+    Settings settings;
+    settings.preset = Preset::Fast;
+    settings.threads = 2;
+    settings.device = "cpu";
+    settings.prediction = kind;
+    const Volume result = ReconstructionJob(input, settings).run().volume;
+    double squares = 0;
+    constexpr std::size_t kScored = std::size_t{119} * 136 * 108; // planes that all slabs reach
+    for (std::size_t v = 0; v < kScored; ++v)
+      squares += std::pow(static_cast<double>(result.voxels[v]) - truth.voxels[v], 2);
+    return 10 * std::log10(137.0 * 137 * kScored / squares);
+  };
+  const double one = psnr({slab(0, 112)}, PredictionKind::Auto);
+  const Stack upper = slab(0, 60);
+  for (const std::int64_t from : {52, 54}) {
+    const double two = psnr({upper, slab(from, (112 - from) / 4 * 4)}, PredictionKind::Auto);
+    EXPECT_GT(two, one - 0.1) << "from plane " << from;
+    EXPECT_GT(two, psnr({upper, slab(from, (112 - from) / 4 * 4)}, PredictionKind::None) + 0.3)
+        << "from plane " << from;
   }
 }

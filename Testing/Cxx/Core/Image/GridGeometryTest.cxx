@@ -77,6 +77,14 @@ TEST(GridGeometry, CroppedKeepsPatientPositions) {
   EXPECT_THROW(cropped(g, {-1, 0, 0}, {3, 1, 1}), Error);
 }
 
+TEST(GridGeometry, DepthIsTheDistanceToTheNearestFace) {
+  const GridGeometry g = grid(10, 8, 6, {1, 2, 5}, {3, 4, 5}, obliqueDirection(0.5));
+  EXPECT_DOUBLE_EQ(depthInside(g, {4, 3.5, 2.5}), 4.5);
+  EXPECT_DOUBLE_EQ(depthInside(g, {4.5, 0, 2.5}), 1);
+  EXPECT_DOUBLE_EQ(depthInside(g, {4.5, 3.5, 5.25}), 1.25);
+  EXPECT_DOUBLE_EQ(depthInside(g, {4.5, 3.5, -0.75}), -1.25);
+}
+
 TEST(GridGeometry, SameGridSeesShiftsAndSizes) {
   const GridGeometry g = grid(10, 12, 5, {1, 2, 4}, {-3, 7, 11}, obliqueDirection(1.1));
   GridGeometry other = g;
