@@ -79,7 +79,7 @@ double predictingBytes(const Stack& scan, const GridGeometry& grid, const Settin
     candidates = std::max(candidates,
                           static_cast<double>(estimateMemory(field, fieldSettings(settings))) + 4 * voxels);
   }
-  return candidates + 20 * slices;
+  return candidates + 40 * slices;
 }
 
 /// With predictions from each of several scans: these, one being made, and then what a field misses of them.

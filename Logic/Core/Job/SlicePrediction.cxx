@@ -5,6 +5,7 @@
 #include "Core/Base/NumberText.h"
 #include "Core/Fit/Plan.h"
 #include "Core/Prediction/CandidateGrid.h"
+#include "Core/Prediction/MissingSlices.h"
 #include "Core/Prediction/PredictionShares.h"
 
 #include <algorithm>
@@ -139,7 +140,7 @@ SlicePrediction::Candidates SlicePrediction::makeCandidates(const Stack& scan, c
       found.learned = std::move(prediction.image);
       found.known = std::move(prediction.predicted);
       anchor(*found.learned, scan);
-      if (trial) {
+      if (trial && fused_) {
         found.mean = std::move(prediction.mean);
         anchor(*found.mean, scan);
       }
@@ -148,12 +149,74 @@ SlicePrediction::Candidates SlicePrediction::makeCandidates(const Stack& scan, c
   return found;
 }
 
+/// The scan with single slices that are missing between others filled in: otherwise nothing could be learned
+/// across them, nor near them. Mixes their interpolation with what every second slice predicts of the rest
+/// (guesses: the mixture, a field if any, what is learned, as slices), as far as that helps at probeSlices().
+Stack SlicePrediction::withoutGaps(const std::array<std::span<const float>, 3>& guesses) {
+  constexpr int kGuesses = 4;
+  const std::int64_t plane = scan_.image.geometry.size[0] * scan_.image.geometry.size[1];
+  Stack filled = withMissingInterpolated(scan_, pool_), hidden = scan_;
+  const std::vector<std::int64_t> probes = probeSlices(scan_);
+  hidden.observed.resize(hidden.image.voxels.size(), 1);
+  for (const std::int64_t k : probes)
+    std::fill_n(hidden.observed.begin() + k * plane, plane, std::uint8_t{0});
+  const std::vector<float> interpolated = completeSlices(hidden, pool_);
+  Covariance<kGuesses> errors{};
+  for (const std::int64_t k : probes)
+    for (std::int64_t v = k * plane; v < (k + 1) * plane; ++v) {
+      if (!choice_.inside[v] || !isKnown(scan_, v - plane) || !isKnown(scan_, v + plane)) continue;
+      const double truth = scan_.image.voxels[v];
+      double e[kGuesses] = {interpolated[v] - truth};
+      for (int n = 1; n < kGuesses; ++n)
+        e[n] = guesses[n - 1].empty() ? 0 : guesses[n - 1][v] - truth;
+      for (int a = 0; a < kGuesses; ++a)
+        for (int b = 0; b < kGuesses; ++b)
+          errors[a][b] += e[a] * e[b];
+    }
+  const double none = 1e6 * errors[0][0];
+  const auto fill = [&](int parity, const std::array<std::span<const float>, 3>& by, std::int64_t first) {
+    Covariance<kGuesses> known = errors;
+    for (int n = 1; n < kGuesses; ++n)
+      if (by[n - 1].empty()) known[n][n] = none;
+    const std::array<double, kGuesses> share = convexShares<kGuesses>({&known, 1});
+    for (const std::size_t v : missingVoxels(scan_, parity)) {
+      const std::size_t at = v - static_cast<std::size_t>(first * plane);
+      double value = share[0] * filled.image.voxels[v];
+      for (int n = 1; n < kGuesses; ++n)
+        if (share[n] > 0)
+          value += share[n] * (at < by[n - 1].size() ? by[n - 1][at] : filled.image.voxels[v]);
+      if (std::isfinite(value)) filled.image.voxels[v] = static_cast<float>(value);
+    }
+  };
+  const bool even = !missingVoxels(scan_, 0).empty();
+  const Part part = step(filling_, even ? filling_ : 0);
+  if (!(errors[0][0] > 0)) return filled;
+  const Stack interpolatedScan = filled;
+  fill(1, guesses, 0);
+  if (!even) return filled;
+  const Stack rest = fromSlice(interpolatedScan, 1), half = everySecond(rest);
+  const GridGeometry middle = trialGrids(rest.image.geometry).all;
+  const Candidates found = makeCandidates(half, middle, false, true, true, {}, part);
+  Volume mixture{middle, std::vector<float>(static_cast<std::size_t>(middle.voxelCount()))};
+  interpolate(half, completeSlices(half, pool_), middle, mixture.voxels);
+  Stack slices = scan_;
+  slices.image = {middle, std::vector<float>(mixture.voxels.size(), 0.f)};
+  slices.observed.clear();
+  const std::vector<float> mixed = projectToStack(mixture, slices, pool_);
+  std::vector<float> learned;
+  if (found.learned)
+    learned = projectToStack(fused_ || !found.mean ? *found.learned : *found.mean, slices, pool_);
+  fill(0, {mixed, {}, learned}, 1);
+  return filled;
+}
+
 /// Mixes a field fitted to the slices and what can be learned across them into the interpolation, each as far
 /// as it helps when every second slice of the scan is held out.
 SlicePrediction::Contribution SlicePrediction::addCandidates(Volume& between) {
   const GridGeometry& g = scan_.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
-  const Stack even = everySecond(scan_);
+  const bool gaps = !missingVoxels(scan_, 0).empty() || !missingVoxels(scan_, 1).empty();
+  const Stack even = everySecond(gaps ? withMissingInterpolated(scan_, pool_) : scan_);
   const GridGeometry middle = trialGrids(g).all; // every second plane belongs to a held-out slice
   const Part fieldPart = step(cost_.trialField, cost_.trialField), trialPart = step(cost_.trial, cost_.trial);
   const Candidates tried =
@@ -184,7 +247,6 @@ SlicePrediction::Contribution SlicePrediction::addCandidates(Volume& between) {
         for (int b = 0; b <= kept; ++b)
           measured[a][b] += e[a] * e[b];
     }
-  choice_.inside = {}; // memory
   fused_ = !guesses[kept] || measured[kept - 1][kept - 1] <= kAsGood * measured[kept][kept];
   const std::array<int, kept> part{0, 1, fused_ ? kept - 1 : kept};
   Covariance<kept> errors{};
@@ -204,12 +266,20 @@ SlicePrediction::Contribution SlicePrediction::addCandidates(Volume& between) {
   littleToLearn_ = tried.learned && spacing[2] > kDistant * std::min(spacing[0], spacing[1]) &&
                    tried.pairs.network > kLittle * tried.pairs.filter;
   const bool fits = keepsField_ || share[1] > 0, learns = share[2] > 0;
+  Stack filled;
+  if (learns && gaps) {
+    filled = withoutGaps({seen[0], seen[1], seen[part[2]]});
+    interpolate(filled, completeSlices(filled, pool_), between.geometry, between.voxels);
+  } else {
+    step(filling_, 0);
+  }
+  choice_.inside = {}; // memory
   const double learning = learns
                               ? learningCost(g, between.geometry, learningEffort(settings_, voxels_, false),
                                              settings_, muchToLearn_)
                               : 0;
-  const Candidates learned =
-      makeCandidates(scan_, between.geometry, false, learns, false, {}, step(cost_.learning, learning));
+  const Candidates learned = makeCandidates(learns && gaps ? filled : scan_, between.geometry, false, learns,
+                                            false, {}, step(cost_.learning, learning));
   if (learned.learned)
     share = predictionShares(errors, exists, {1, rise, rise * learnedRise(tried.pairs, learned.pairs)});
   else
@@ -248,7 +318,8 @@ Stack SlicePrediction::predict() {
     if (!triesAField()) cost_.trialField = 0;
     if (!triesAField() && !keepsField_) cost_.field = 0;
     if (!parts_.learned) cost_.trial = cost_.learning = 0;
-    costLeft_ += cost_.trialField + cost_.trial + cost_.learning + cost_.field;
+    if (parts_.learned && !missingVoxels(scan_, 0).empty()) filling_ = cost_.trial;
+    costLeft_ += cost_.trialField + cost_.trial + filling_ + cost_.learning + cost_.field;
   }
   report(progressed_);
   std::vector<float> complete = completeSlices(scan_, pool_);

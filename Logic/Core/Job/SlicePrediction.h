@@ -59,6 +59,7 @@ private:
   void anchor(Volume& guess, const Stack& scan) const;
   Candidates makeCandidates(const Stack& scan, const GridGeometry& grid, bool withField, bool withLearned,
                             bool trial, Part fieldPart, Part learnedPart);
+  Stack withoutGaps(const std::array<std::span<const float>, 3>& guesses);
   Contribution addCandidates(Volume& between);
 
   const PreparedInput& prepared_;
@@ -70,6 +71,7 @@ private:
   JobProgress& progress_;
   ThreadPool& pool_;
   PredictionCost cost_;
+  double filling_ = 0;                   // cost of withoutGaps()
   double progressed_ = 0, costLeft_ = 0; // progress up to the next step; cost of it and all later ones
   CandidateChoice choice_;
   bool fused_ = true; // PredictionOptions::fused

@@ -3,6 +3,7 @@
 #include "Core/Alignment/Rigid.h"
 #include "Core/Alignment/SliceOperator.h"
 #include "Core/Base/Error.h"
+#include "Core/Image/CubicConvolution.h"
 #include "Core/Image/Simulate.h"
 #include "Core/Uncertainty/ErrorCurve.h"
 #include "Core/Uncertainty/LocalDetail.h"
@@ -21,32 +22,14 @@ constexpr Vec3 kTurn{0.62, 0.41, 0.53}; // radians: no axis stays an axis
 constexpr std::int64_t kFewest = 500;   // samples of a class
 constexpr double kFiner = 0.5; // share of the squares that the simulation lacks taken for finer detail
 
-/// Catmull-Rom's cubic; beyond its faces the volume is mirrored.
-float mirrored(const Volume& volume, const Vec3& index) {
-  const auto& n = volume.geometry.size;
-  std::int64_t tap[3][4];
-  double weight[3][4];
+/// cubicAt(); beyond its faces the volume is mirrored at the centres of its outermost voxels.
+float mirrored(const Volume& volume, Vec3 index) {
   for (int a = 0; a < 3; ++a) {
-    const double low = std::floor(index[a]), t = index[a] - low;
-    const double w[4] = {t * (-0.5 + t * (1 - 0.5 * t)), 1 + t * t * (-2.5 + 1.5 * t),
-                         t * (0.5 + t * (2 - 1.5 * t)), t * t * (-0.5 + 0.5 * t)};
-    for (int m = 0; m < 4; ++m) {
-      const std::int64_t period = 2 * std::max<std::int64_t>(1, n[a] - 1);
-      const std::int64_t at = std::abs(static_cast<std::int64_t>(low) + m - 1) % period;
-      tap[a][m] = std::min(at, period - at) % n[a];
-      weight[a][m] = w[m];
-    }
+    const auto last = static_cast<double>(volume.geometry.size[a] - 1);
+    const double at = last > 0 ? std::fmod(std::abs(index[a]), 2 * last) : 0;
+    index[a] = std::min(at, 2 * last - at);
   }
-  double sum = 0;
-  for (int z = 0; z < 4; ++z)
-    for (int y = 0; y < 4; ++y) {
-      const float* row = volume.voxels.data() + n[0] * (tap[1][y] + n[1] * tap[2][z]);
-      double line = 0;
-      for (int x = 0; x < 4; ++x)
-        line += weight[0][x] * row[tap[0][x]];
-      sum += weight[1][y] * weight[2][z] * line;
-    }
-  return static_cast<float>(sum);
+  return cubicAt(volume, index);
 }
 
 /// The grid of what is scanned.

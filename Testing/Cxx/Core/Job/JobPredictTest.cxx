@@ -184,6 +184,29 @@ TEST(JobPrediction, OfTheFitThatJudgesNeverSeesTheSlicesHeldOut) {
   EXPECT_GT(more, 2 * none);
 }
 
+// Single slices are missing all over the scan: every fifth, as where the quality is judged.
+TEST(JobPrediction, LearnsAcrossMissingSlices) {
+  const GridGeometry filled = grid(56, 52, 4 * 24, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3));
+  // Edges that lean across the slices.
+  const Volume truth = volumeOf(filled, [](float i, float j, float k) {
+    const float a = std::sin((i + 0.6f * k) / 3.2f), b = std::sin((j - 0.5f * k) / 3.6f);
+    return 100 + 60 * std::tanh(3 * a) + 40 * std::tanh(3 * b);
+  });
+  ReconstructionInput input = inputOf({simulateThickStack(truth, 2, 4)});
+  input.outputGrid = filled;
+  holdOut(input.stacks[0], {2, 7, 12, 17, 22});
+  const auto errorWith = [&](PredictionKind kind) {
+    const Volume result = reconstruct(input, quick(kind)).volume;
+    const std::int64_t plane = std::int64_t{56} * 52;
+    double squares = 0;
+    for (const std::int64_t k : {2, 7, 12, 17})
+      for (std::int64_t v = 4 * k * plane; v < 4 * (k + 1) * plane; ++v)
+        squares += std::pow(static_cast<double>(result.voxels[v]) - truth.voxels[v], 2);
+    return std::sqrt(squares / static_cast<double>(16 * plane));
+  };
+  EXPECT_LT(errorWith(PredictionKind::Auto), 0.9 * errorWith(PredictionKind::Interpolation));
+}
+
 TEST(JobPrediction, NeverSeesHeldOutOrMaskedVoxels) {
   ReconstructionInput input = gappedInput();
   Stack& stack = input.stacks.front();
