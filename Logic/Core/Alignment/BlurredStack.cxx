@@ -73,7 +73,7 @@ BlurredStack::BlurredStack(const Stack& stack, double sigma, ThreadPool& pool)
       value_(stack.image.voxels.size()) {
   std::vector<float> weight(value_.size());
   for (std::size_t v = 0; v < value_.size(); ++v) {
-    const bool seen = std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]);
+    const bool seen = isKnown(stack, v);
     value_[v] = seen ? stack.image.voxels[v] : 0;
     weight[v] = seen;
   }

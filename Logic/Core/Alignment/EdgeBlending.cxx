@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace innergs {
 namespace {
@@ -25,9 +24,7 @@ void blendEdges(std::span<Stack> scans, std::span<const std::size_t> part, doubl
   for (const std::size_t s : part) {
     if (!scans[s].poses.empty()) return;
     const Stack& scan = scans[s];
-    Seen& one = seen.emplace_back(scan.image, inverse(scan.image.geometry.indexToWorld()));
-    for (std::size_t v = 0; v < scan.observed.size(); ++v)
-      if (!scan.observed[v]) one.image.voxels[v] = std::numeric_limits<float>::quiet_NaN();
+    seen.emplace_back(observedImage(scan), inverse(scan.image.geometry.indexToWorld()));
   }
   for (std::size_t p = 0; p < part.size(); ++p) {
     Volume& own = scans[part[p]].image;

@@ -48,9 +48,7 @@ GridGeometry gridAround(std::span<const GridGeometry> boxes, double spacing, dou
 std::vector<GridGeometry> observedBoxes(std::span<const Stack> stacks) {
   std::vector<GridGeometry> boxes;
   for (const Stack& stack : stacks)
-    boxes.push_back(boxOf(stack.image.geometry, [&](std::int64_t v) {
-      return (stack.observed.empty() || stack.observed[v]) && std::isfinite(stack.image.voxels[v]);
-    }));
+    boxes.push_back(boxOf(stack.image.geometry, [&](std::int64_t v) { return isKnown(stack, v); }));
   return boxes;
 }
 

@@ -20,8 +20,7 @@ template <class Visit>
 void forEachSample(std::span<const Stack> stacks, Visit&& visit) {
   for (const Stack& stack : stacks)
     for (std::size_t v = 0; v < stack.image.voxels.size(); ++v)
-      if (std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]))
-        visit(stack.image.voxels[v]);
+      if (isKnown(stack, v)) visit(stack.image.voxels[v]);
 }
 
 constexpr std::int64_t kVolumeSamples = 500'000; // per stack, roughly, to measure the volume that several see

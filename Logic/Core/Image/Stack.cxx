@@ -5,6 +5,7 @@
 #include "Core/Image/SliceOverlap.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace innergs {
@@ -87,6 +88,17 @@ ValueRange observedRange(std::span<const Stack> stacks) {
   if (range.low > range.high)
     throw Error(ErrorCode::NoData, "The images have no finite observed voxel: check the mask.");
   return range;
+}
+
+bool isKnown(const Stack& stack, std::size_t voxel) {
+  return std::isfinite(stack.image.voxels[voxel]) && (stack.observed.empty() || stack.observed[voxel]);
+}
+
+Volume observedImage(const Stack& stack) {
+  Volume image = stack.image;
+  for (std::size_t v = 0; v < stack.observed.size(); ++v)
+    if (!stack.observed[v]) image.voxels[v] = std::numeric_limits<float>::quiet_NaN();
+  return image;
 }
 
 Stack withSliceAxis(const Stack& stack, int axis) {

@@ -29,6 +29,11 @@ struct Stack {
   std::vector<std::string> remarks; // sentences for the user on how the file was read
 };
 
+/// Whether a voxel, by its place in memory, is observed and finite.
+bool isKnown(const Stack& stack, std::size_t voxel);
+/// The stack's image, NaN where it is not observed.
+Volume observedImage(const Stack& stack);
+
 /// The same voxels as thin slices along grid axis 0, 1 or 2 (2: the stack itself), as thick as the spacing
 /// there; `observed` is kept. Drops poses and times.
 Stack withSliceAxis(const Stack& stack, int axis);

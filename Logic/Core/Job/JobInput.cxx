@@ -151,7 +151,7 @@ std::vector<std::int64_t> holdOut(Stack& stack, double fraction) {
 std::int64_t usable(const Stack& stack) {
   std::int64_t n = 0;
   for (std::size_t v = 0; v < stack.image.voxels.size(); ++v)
-    n += std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]);
+    n += isKnown(stack, v);
   return n;
 }
 

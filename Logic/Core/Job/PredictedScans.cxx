@@ -51,10 +51,10 @@ PredictedScans predictOne(const PreparedInput& prepared, const Settings& setting
   return predicted;
 }
 
-PredictedScans predictEach(const PreparedInput& prepared, const Settings& settings,
-                           const PredictionParts& parts, const IntensityMap& map,
-                           const SlicePrediction::FieldFit& fitField, JobProgress& progress,
-                           ThreadPool& pool) {
+PredictedScans predictSeveral(const PreparedInput& prepared, const Settings& settings,
+                              const PredictionParts& parts, const IntensityMap& map,
+                              const SlicePrediction::FieldFit& fitField, JobProgress& progress,
+                              ThreadPool& pool) {
   const GridGeometry grid = predictedGrid(prepared.stacks, prepared.outputGrid);
   PredictedScans predicted;
   double noise = 0, share = 0;
@@ -76,37 +76,24 @@ PredictedScans predictEach(const PreparedInput& prepared, const Settings& settin
   std::optional<JoinedVolumes> fields;
   if (share > 0) fields.emplace(grid);
   double from = progress.state.fraction;
+  bool backProjects = true;
   for (std::size_t s = 0; s < prepared.stacks.size(); ++s) {
     const Stack& scan = prepared.stacks[s];
-    const double width = (1 - from) * costs[s] / left;
-    const auto shareOf = [=](double fraction) { return from + width * fraction; };
-    JobProgress part([&](const Progress& p) { progress.report(Phase::Predicting, shareOf(p.fraction)); });
-    PreparedInput one;
-    one.stacks = {continued(prepared.stacks, s, kContinued, pool)};
-    one.domain = prepared.domain;
-    one.range = prepared.range;
-    one.outputGrid = grid;
-    SlicePrediction prediction(
-        one, settings, parts, predicted.noise,
-        [&](const Stack& slices, const GridGeometry& on, const Settings& alone, double begins, double ends) {
-          return fitField(slices, on, alone, shareOf(begins), shareOf(ends));
-        },
-        false, part, pool);
-    if (share > 0) prediction.keepField();
-    const Stack thin = prediction.predict();
-    joined.add(thin.image, scan, pool);
-    if (fields) {
-      const std::optional<Volume> field = prediction.takeField();
-      fields->add(field ? *field : thin.image, scan, pool);
-    }
-    const std::string name = nameOf(scan, s);
-    predicted.sentence += (s > 0 ? " " : "") + name + ": " + prediction.sentence();
-    progress.say(name + ": " + prediction.sentence());
+    const double to = from + (1 - from) * costs[s] / left;
+    const PredictedPart part =
+        predictPart(prepared, continued(prepared.stacks, s, kContinued, pool), grid, settings, parts,
+                    {predicted.noise, share > 0}, fitField, {from, to}, progress, pool);
+    joined.add(part.thin.image, scan, pool);
+    if (fields) fields->add(part.field ? *part.field : part.thin.image, scan, pool);
+    const std::string said = nameOf(scan, s) + ": " + part.sentence;
+    predicted.sentence += (s > 0 ? " " : "") + said;
+    progress.say(said);
+    backProjects = backProjects && part.backProjects;
     left -= costs[s];
-    from += width;
+    from = to;
   }
   predicted.thin.image = joined.take();
-  if (settings.consistency) {
+  if (backProjects) {
     BackProjectionPlan plan;
     plan.noise = predicted.noise;
     plan.range = prepared.range;
@@ -120,11 +107,37 @@ PredictedScans predictEach(const PreparedInput& prepared, const Settings& settin
 
 } // namespace
 
+PredictedPart predictPart(const PreparedInput& prepared, Stack scan, const GridGeometry& grid,
+                          const Settings& settings, const PredictionParts& parts, const PartNoise& noise,
+                          const SlicePrediction::FieldFit& fitField, const ProgressRange& range,
+                          JobProgress& progress, ThreadPool& pool) {
+  const auto at = [&](double fraction) { return range.from + (range.to - range.from) * fraction; };
+  JobProgress own([&](const Progress& p) { progress.report(Phase::Predicting, at(p.fraction)); });
+  PreparedInput one;
+  one.stacks = {std::move(scan)};
+  one.domain = prepared.domain;
+  one.range = prepared.range;
+  one.outputGrid = grid;
+  SlicePrediction prediction(
+      one, settings, parts, noise.deviation,
+      [&](const Stack& slices, const GridGeometry& on, const Settings& alone, double begins, double ends) {
+        return fitField(slices, on, alone, at(begins), at(ends));
+      },
+      false, own, pool);
+  if (noise.keepsField) prediction.keepField();
+  PredictedPart part;
+  part.thin = prediction.predict();
+  part.field = prediction.takeField();
+  part.sentence = prediction.sentence();
+  part.backProjects = prediction.backProjects();
+  return part;
+}
+
 PredictedScans predictScans(const PreparedInput& prepared, const Settings& settings,
                             const PredictionParts& parts, const IntensityMap& map,
                             const SlicePrediction::FieldFit& fitField, JobProgress& progress,
                             ThreadPool& pool) {
-  const auto predict = prepared.stacks.size() == 1 ? predictOne : predictEach;
+  const auto predict = prepared.stacks.size() == 1 ? predictOne : predictSeveral;
   PredictedScans predicted = predict(prepared, settings, parts, map, fitField, progress, pool);
   restrictTo(prepared.support, predicted, pool.stopToken());
   if (predicted.averaged) {

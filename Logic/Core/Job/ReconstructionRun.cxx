@@ -533,23 +533,16 @@ std::optional<double> ReconstructionRun::chooseShare(const RenderOptions& option
 /// What each scan shows between its own slices, as thin slices.
 std::vector<Stack> ReconstructionRun::predictEach() {
   std::vector<Stack> predictions;
+  const double width = (kFitEnds - kShareChosen) / static_cast<double>(prepared_.stacks.size());
   for (const Stack& stack : prepared_.stacks) {
-    PreparedInput one;
-    one.stacks = {stack};
-    one.domain = prepared_.domain;
-    one.range = prepared_.range;
-    one.outputGrid = prepared_.domain;
-    const double width = (kFitEnds - kShareChosen) / static_cast<double>(prepared_.stacks.size()),
-                 from = kShareChosen + width * static_cast<double>(predictions.size());
-    const auto shareOf = [=, this](double fraction) { return fromFit(from + width * fraction); };
-    JobProgress part([&](const Progress& p) { progress_.report(Phase::Predicting, shareOf(p.fraction)); });
-    predictions.push_back(
-        SlicePrediction(
-            one, scanSettings(settings_), input_.predictionParts, result_.noise,
-            [&](const Stack& slices, const GridGeometry& grid, const Settings& alone, double begins,
-                double ends) { return fieldAlone(slices, grid, alone, shareOf(begins), shareOf(ends)); },
-            false, part, *pool_)
-            .predict());
+    const double from = kShareChosen + width * static_cast<double>(predictions.size());
+    PredictedPart part = predictPart(
+        prepared_, stack, prepared_.domain, scanSettings(settings_), input_.predictionParts,
+        {result_.noise, false},
+        [this](const Stack& slices, const GridGeometry& grid, const Settings& alone, double begins,
+               double ends) { return fieldAlone(slices, grid, alone, begins, ends); },
+        {fromFit(from), fromFit(from + width)}, progress_, *pool_);
+    predictions.push_back(std::move(part.thin));
   }
   return predictions;
 }

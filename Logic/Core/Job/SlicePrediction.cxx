@@ -149,13 +149,13 @@ SlicePrediction::Candidates SlicePrediction::makeCandidates(const Stack& scan, c
   return found;
 }
 
-/// The scan with single slices that are missing between others filled in: otherwise nothing could be learned
+/// The scan with its missing voxels (interpolated in `filled`) filled in: otherwise nothing could be learned
 /// across them, nor near them. Mixes their interpolation with what every second slice predicts of the rest
 /// (guesses: the mixture, a field if any, what is learned, as slices), as far as that helps at probeSlices().
-Stack SlicePrediction::withoutGaps(const std::array<std::span<const float>, 3>& guesses) {
+Stack SlicePrediction::withoutGaps(Stack filled, const std::array<std::span<const float>, 3>& guesses) {
   constexpr int kGuesses = 4;
   const std::int64_t plane = scan_.image.geometry.size[0] * scan_.image.geometry.size[1];
-  Stack filled = withMissingInterpolated(scan_, pool_), hidden = scan_;
+  Stack hidden = scan_;
   const std::vector<std::int64_t> probes = probeSlices(scan_);
   hidden.observed.resize(hidden.image.voxels.size(), 1);
   for (const std::int64_t k : probes)
@@ -179,7 +179,7 @@ Stack SlicePrediction::withoutGaps(const std::array<std::span<const float>, 3>& 
     for (int n = 1; n < kGuesses; ++n)
       if (by[n - 1].empty()) known[n][n] = none;
     const std::array<double, kGuesses> share = convexShares<kGuesses>({&known, 1});
-    for (const std::size_t v : missingVoxels(scan_, parity)) {
+    for (const std::size_t v : missing_[parity]) {
       const std::size_t at = v - static_cast<std::size_t>(first * plane);
       double value = share[0] * filled.image.voxels[v];
       for (int n = 1; n < kGuesses; ++n)
@@ -188,14 +188,18 @@ Stack SlicePrediction::withoutGaps(const std::array<std::span<const float>, 3>& 
       if (std::isfinite(value)) filled.image.voxels[v] = static_cast<float>(value);
     }
   };
-  const bool even = !missingVoxels(scan_, 0).empty();
+  const bool even = !missing_[0].empty();
   const Part part = step(filling_, even ? filling_ : 0);
   if (!(errors[0][0] > 0)) return filled;
-  const Stack interpolatedScan = filled;
+  Stack half;
+  GridGeometry middle;
+  if (even) { // predicted from odd slices as they were interpolated, as the odd ones were from even ones
+    const Stack rest = fromSlice(filled, 1);
+    half = everySecond(rest);
+    middle = trialGrids(rest.image.geometry).all;
+  }
   fill(1, guesses, 0);
   if (!even) return filled;
-  const Stack rest = fromSlice(interpolatedScan, 1), half = everySecond(rest);
-  const GridGeometry middle = trialGrids(rest.image.geometry).all;
   const Candidates found = makeCandidates(half, middle, false, true, true, {}, part);
   Volume mixture{middle, std::vector<float>(static_cast<std::size_t>(middle.voxelCount()))};
   interpolate(half, completeSlices(half, pool_), middle, mixture.voxels);
@@ -215,8 +219,10 @@ Stack SlicePrediction::withoutGaps(const std::array<std::span<const float>, 3>& 
 SlicePrediction::Contribution SlicePrediction::addCandidates(Volume& between) {
   const GridGeometry& g = scan_.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
-  const bool gaps = !missingVoxels(scan_, 0).empty() || !missingVoxels(scan_, 1).empty();
-  const Stack even = everySecond(gaps ? withMissingInterpolated(scan_, pool_) : scan_);
+  const bool gaps = !missing_[0].empty() || !missing_[1].empty();
+  Stack filled;
+  if (gaps) filled = withInterpolated(scan_, missing_, pool_);
+  const Stack even = everySecond(gaps ? filled : scan_);
   const GridGeometry middle = trialGrids(g).all; // every second plane belongs to a held-out slice
   const Part fieldPart = step(cost_.trialField, cost_.trialField), trialPart = step(cost_.trial, cost_.trial);
   const Candidates tried =
@@ -266,9 +272,8 @@ SlicePrediction::Contribution SlicePrediction::addCandidates(Volume& between) {
   littleToLearn_ = tried.learned && spacing[2] > kDistant * std::min(spacing[0], spacing[1]) &&
                    tried.pairs.network > kLittle * tried.pairs.filter;
   const bool fits = keepsField_ || share[1] > 0, learns = share[2] > 0;
-  Stack filled;
   if (learns && gaps) {
-    filled = withoutGaps({seen[0], seen[1], seen[part[2]]});
+    filled = withoutGaps(std::move(filled), {seen[0], seen[1], seen[part[2]]});
     interpolate(filled, completeSlices(filled, pool_), between.geometry, between.voxels);
   } else {
     step(filling_, 0);
@@ -318,7 +323,8 @@ Stack SlicePrediction::predict() {
     if (!triesAField()) cost_.trialField = 0;
     if (!triesAField() && !keepsField_) cost_.field = 0;
     if (!parts_.learned) cost_.trial = cost_.learning = 0;
-    if (parts_.learned && !missingVoxels(scan_, 0).empty()) filling_ = cost_.trial;
+    missing_ = {missingVoxels(scan_, 0), missingVoxels(scan_, 1)};
+    if (parts_.learned && !missing_[0].empty()) filling_ = cost_.trial;
     costLeft_ += cost_.trialField + cost_.trial + filling_ + cost_.learning + cost_.field;
   }
   report(progressed_);
@@ -344,7 +350,7 @@ Stack SlicePrediction::predict() {
   for (float& v : between.voxels)
     v = std::clamp(v, prepared_.range.low, prepared_.range.high);
   pool_.throwIfStopped();
-  if (settings_.consistency && choice_.backProject && scan_.profile != SliceProfile::Point) {
+  if (backProjects()) {
     BackProjectionPlan refinement;
     refinement.noise = noise_;
     refinement.range = prepared_.range;

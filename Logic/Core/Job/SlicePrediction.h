@@ -28,6 +28,10 @@ public:
   Stack predict();
   /// That field's volume on the grid of the prediction; nothing where the scan is only interpolated.
   std::optional<Volume> takeField() { return std::exchange(field_, std::nullopt); }
+  /// After predict(): whether it was made to agree with thick slices by back-projection.
+  bool backProjects() const {
+    return settings_.consistency && choice_.backProject && scan_.profile != SliceProfile::Point;
+  }
   /// Says what was put between the slices.
   const std::string& sentence() const { return sentence_; }
 
@@ -59,7 +63,7 @@ private:
   void anchor(Volume& guess, const Stack& scan) const;
   Candidates makeCandidates(const Stack& scan, const GridGeometry& grid, bool withField, bool withLearned,
                             bool trial, Part fieldPart, Part learnedPart);
-  Stack withoutGaps(const std::array<std::span<const float>, 3>& guesses);
+  Stack withoutGaps(Stack filled, const std::array<std::span<const float>, 3>& guesses);
   Contribution addCandidates(Volume& between);
 
   const PreparedInput& prepared_;
@@ -71,7 +75,8 @@ private:
   JobProgress& progress_;
   ThreadPool& pool_;
   PredictionCost cost_;
-  double filling_ = 0;                   // cost of withoutGaps()
+  std::array<std::vector<std::size_t>, 2> missing_; // missingVoxels() of both parities
+  double filling_ = 0;                              // cost of withoutGaps()
   double progressed_ = 0, costLeft_ = 0; // progress up to the next step; cost of it and all later ones
   CandidateChoice choice_;
   bool fused_ = true; // PredictionOptions::fused

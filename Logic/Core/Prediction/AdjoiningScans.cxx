@@ -18,14 +18,6 @@ bool parallel(const GridGeometry& a, const GridGeometry& b) {
   return std::abs(dot(column(a.direction, 2), column(b.direction, 2))) >= kParallel;
 }
 
-/// The scan's image with what is not observed missing.
-Volume observedImage(const Stack& scan) {
-  Volume image = scan.image;
-  for (std::size_t v = 0; v < scan.observed.size(); ++v)
-    if (!scan.observed[v]) image.voxels[v] = kNaN;
-  return image;
-}
-
 bool observedAt(const Stack& scan, const Vec3& index) {
   const auto& n = scan.image.geometry.size;
   std::int64_t v = 0, step = 1;
@@ -35,7 +27,7 @@ bool observedAt(const Stack& scan, const Vec3& index) {
     v += step * at;
     step *= n[a];
   }
-  return std::isfinite(scan.image.voxels[v]) && (scan.observed.empty() || scan.observed[v]);
+  return isKnown(scan, v);
 }
 
 } // namespace

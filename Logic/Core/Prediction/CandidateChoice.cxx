@@ -509,8 +509,7 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
   std::vector<std::uint8_t>& inside = choice.inside;
   inside = bodyMask({g, {complete.begin(), complete.end()}}, pool.stopToken());
   for (std::size_t v = 0; v < inside.size(); ++v)
-    inside[v] =
-        inside[v] && std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]);
+    inside[v] = inside[v] && isKnown(stack, v);
   const Lines across = linesAcross(stack, complete, inside);
   const SliceView view{stack.profile, effectiveThickness(stack) / g.spacing[2]};
   const Lines within[2] = {linesWithin(stack, complete, inside, 0), linesWithin(stack, complete, inside, 1)};

@@ -207,9 +207,7 @@ std::vector<float> completeSlices(const Stack& stack, ThreadPool& pool) {
   const auto& size = stack.image.geometry.size;
   const std::int64_t plane = size[0] * size[1];
   std::vector<float> voxels = stack.image.voxels;
-  const auto known = [&](std::int64_t v) {
-    return std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]);
-  };
+  const auto known = [&](std::int64_t v) { return isKnown(stack, v); };
   std::vector<std::uint8_t> empty(static_cast<std::size_t>(plane), 0); // columns without known voxels
   pool.blocks(plane, 256, [&](std::int64_t from, std::int64_t to) {
     std::vector<std::int64_t> at;

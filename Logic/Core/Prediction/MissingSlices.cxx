@@ -2,18 +2,12 @@
 
 #include "Core/Prediction/CandidateWeights.h"
 
-#include <cmath>
-
 namespace innergs {
 namespace {
 
 constexpr double kFewestMissing = 0.005; // of the known voxels; fewer are not worth learning twice
 
 } // namespace
-
-bool isKnown(const Stack& scan, std::int64_t voxel) {
-  return std::isfinite(scan.image.voxels[voxel]) && (scan.observed.empty() || scan.observed[voxel]);
-}
 
 std::vector<std::size_t> missingVoxels(const Stack& scan, int parity) {
   std::vector<std::size_t> missing;
@@ -31,11 +25,12 @@ std::vector<std::size_t> missingVoxels(const Stack& scan, int parity) {
   return missing;
 }
 
-Stack withMissingInterpolated(const Stack& scan, ThreadPool& pool) {
+Stack withInterpolated(const Stack& scan, std::span<const std::vector<std::size_t>> voxels,
+                       ThreadPool& pool) {
   Stack filled = scan;
   const std::vector<float> complete = completeSlices(scan, pool);
-  for (const int parity : {0, 1})
-    for (const std::size_t v : missingVoxels(scan, parity)) {
+  for (const auto& part : voxels)
+    for (const std::size_t v : part) {
       filled.image.voxels[v] = complete[v];
       if (!filled.observed.empty()) filled.observed[v] = 1;
     }

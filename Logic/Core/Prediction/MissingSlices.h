@@ -3,19 +3,17 @@
 #include "Core/Image/Stack.h"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace innergs {
-
-/// Whether a voxel is observed and finite.
-bool isKnown(const Stack& scan, std::int64_t voxel);
 
 /// Of the slices with even or odd numbers (parity 0 or 1), the voxels that are not known between two that
 /// are, in the slices before and after; sorted. Empty where these are less than 0.5 % of what is known.
 std::vector<std::size_t> missingVoxels(const Stack& scan, int parity);
 
-/// The scan with missingVoxels() of both parities interpolated by completeSlices(), and known.
-Stack withMissingInterpolated(const Stack& scan, ThreadPool& pool);
+/// The scan with these voxels interpolated by completeSlices(), and known.
+Stack withInterpolated(const Stack& scan, std::span<const std::vector<std::size_t>> voxels, ThreadPool& pool);
 
 /// The scan from slice `first` on.
 Stack fromSlice(const Stack& scan, std::int64_t first);

@@ -112,9 +112,8 @@ const std::vector<Setting>& settingsTable() {
       Setting(
           "prediction", MEMBER(prediction), Fit, tr("Between the slices"),
           tr("What fills the gaps between distant slices: of one scan, or several that mostly lie beside "
-             "each other, before Gaussians are fitted; "
-             "of several that lie still, with presets balanced and best, in part. With none, the Gaussians "
-             "bridge the gaps."),
+             "each other, before Gaussians are fitted; of several that lie still, with presets balanced and "
+             "best, in part. With none, the Gaussians bridge the gaps."),
           {.words = {{"auto", tr("automatic"), tr("The same as learned.")},
                      {"none", tr("nothing"), tr("The Gaussians bridge the gaps.")},
                      {"interpolation", tr("interpolation"),

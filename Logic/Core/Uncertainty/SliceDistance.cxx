@@ -19,7 +19,7 @@ struct SliceMap {
 bool observedAt(const Stack& stack, std::int64_t i, std::int64_t j, std::int64_t k) {
   const auto& n = stack.image.geometry.size;
   const std::size_t v = static_cast<std::size_t>(i + n[0] * (j + n[1] * k));
-  return std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]);
+  return isKnown(stack, v);
 }
 
 /// Calls visit(voxel, stack, distance in mm) for every voxel of a line and each observed slice within

@@ -2,6 +2,7 @@
 
 #include "TestVolumes.h"
 
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -54,7 +55,8 @@ TEST(MissingSlices, AreInterpolatedWithoutTheirValues) {
   hide(stack, 3);
   hide(stack, 6, 20);
   ThreadPool pool(2);
-  const Stack filled = withMissingInterpolated(stack, pool);
+  const Stack filled =
+      withInterpolated(stack, std::array{missingVoxels(stack, 0), missingVoxels(stack, 1)}, pool);
   for (std::int64_t v = 0; v < 9 * kSlice; ++v) {
     EXPECT_EQ(filled.observed[v], v >= kSlice);
     if (v >= kSlice) {
@@ -71,7 +73,8 @@ TEST(MissingSlices, AreThoseThatAreNotFiniteToo) {
   stack.image.voxels[0] = std::nanf("");
   EXPECT_EQ(missingVoxels(stack, 0).size(), static_cast<std::size_t>(kSlice));
   ThreadPool pool(2);
-  const Stack filled = withMissingInterpolated(stack, pool);
+  const Stack filled =
+      withInterpolated(stack, std::array{missingVoxels(stack, 0), missingVoxels(stack, 1)}, pool);
   EXPECT_NEAR(filled.image.voxels[4 * kSlice + 3], whole.image.voxels[4 * kSlice + 3], 1e-3);
   EXPECT_TRUE(std::isnan(filled.image.voxels[0]));
   EXPECT_TRUE(filled.observed.empty());
