@@ -6,6 +6,8 @@
 namespace innergs {
 namespace {
 
+constexpr std::size_t kManyViews = 8;
+
 bool rendersAlike(const Observation& a, const Observation& b) {
   return a.grid.indexToModel == b.grid.indexToModel && a.grid.nx == b.grid.nx && a.grid.ny == b.grid.ny &&
          a.grid.z == b.grid.z && a.points == b.points && a.psf.active == b.psf.active &&
@@ -47,16 +49,24 @@ void CpuFitDevice::addView(const Observation& o, std::vector<View>& views) {
 }
 
 /// The loss of a view; adds its gradient if that is not empty.
-LossSum CpuFitDevice::addLoss(View& view, const GaussianField& field, std::span<float> gradient) {
+LossSum CpuFitDevice::addLoss(View& view, const GaussianField& field, std::span<float> gradient,
+                              const GaussianBlocks* blocks) {
   const std::size_t part = view.observation->grid.bufferSize();
   for (std::size_t p = 0; p < view.renderers.size(); ++p)
-    view.renderers[p]->forward(field, {}, weights_.data() + p * part, numerators_.data() + p * part);
+    view.renderers[p]->forward(field, {}, weights_.data() + p * part, numerators_.data() + p * part, blocks);
   const LossSum sum =
       lossPass(*view.observation, field, rules_.loss, weights_.data(), numerators_.data(), pool_);
   if (gradient.empty()) return sum;
   for (std::size_t p = 0; p < view.renderers.size(); ++p)
     view.renderers[p]->backward(field, weights_.data() + p * part, numerators_.data() + p * part, gradient);
   return sum;
+}
+
+/// The field's blocks, where each view is one slice of many; null where each shows most of the field.
+const GaussianBlocks* CpuFitDevice::blocksOf(const GaussianField& field) {
+  if (fine_.size() < kManyViews) return nullptr;
+  blocks_.measure(field, pool_);
+  return &blocks_;
 }
 
 void CpuFitDevice::upload(const GaussianField& field, const Adam& adam,
@@ -74,9 +84,10 @@ LossSum CpuFitDevice::iterate(const IterationOptions& options) {
   gradient_.resize(16 * state_.field.gaussians.size());
   std::fill(gradient_.begin(), gradient_.end(), 0.f);
   LossSum total;
+  const GaussianBlocks* blocks = blocksOf(state_.field);
   for (View& view : options.coarse ? coarse_ : fine_)
     if (options.subset < 0 || view.observation->subset == options.subset)
-      total += addLoss(view, state_.field, gradient_);
+      total += addLoss(view, state_.field, gradient_, blocks);
   if (options.accumulateGradients) state_.accumulator.add(gradient_, rules_.densify, pool_);
   state_.adam.apply(state_.field, gradient_, options.rates, rules_.bounds, options.step, pool_);
   if (options.relocate) relocateGaussians(state_.field, state_.adam, *options.relocate);
@@ -89,8 +100,9 @@ DensifyCounts CpuFitDevice::densify() {
 
 LossSum CpuFitDevice::evaluate(const GaussianField& field) {
   LossSum total;
+  const GaussianBlocks* blocks = blocksOf(field);
   for (View& view : fine_)
-    total += addLoss(view, field, {});
+    total += addLoss(view, field, {}, blocks);
   return total;
 }
 

@@ -27,7 +27,9 @@ private:
     std::vector<std::shared_ptr<GridRenderer>> renderers; // one per point; shared by views of one grid
   };
   void addView(const Observation& observation, std::vector<View>& views);
-  LossSum addLoss(View& view, const GaussianField& field, std::span<float> gradient);
+  LossSum addLoss(View& view, const GaussianField& field, std::span<float> gradient,
+                  const GaussianBlocks* blocks = nullptr);
+  const GaussianBlocks* blocksOf(const GaussianField& field);
 
   FitRules rules_;
   const KernelSet& kernels_;
@@ -37,6 +39,7 @@ private:
   std::vector<Observation> halves_;
   std::vector<View> fine_, coarse_;
   std::vector<float> weights_, numerators_, gradient_;
+  GaussianBlocks blocks_;
   FitState state_;
 };
 

@@ -16,7 +16,7 @@ GridView GridRenderer::view() const {
 }
 
 void GridRenderer::forward(const GaussianField& field, std::span<const float> values, float* weights,
-                           float* numerators) {
+                           float* numerators, const GaussianBlocks* blocks) {
   const GridView grid = view();
   NearGaussians& near = scratch_->near;
   Tiles& tiles = scratch_->tiles;
@@ -24,7 +24,7 @@ void GridRenderer::forward(const GaussianField& field, std::span<const float> va
     near.number.clear();
     project(field, values, grid_, psf_, pool_, near.projected, kernels_.selection);
   } else {
-    projectNear(field, values, grid_, psf_, pool_, near);
+    projectNear(field, values, grid_, psf_, pool_, near, blocks);
   }
   if (field.blending == Blending::Alpha)
     return compositor_.forward(near.projected, grid, pool_, weights, numerators);

@@ -23,8 +23,10 @@ public:
   const SampleGrid& grid() const { return grid_; }
 
   /// Writes W = Σ w p and N = Σ w p (c + g·d) (alpha: transmittance and I) to the caller's buffers, each of
-  /// bufferSize(), overwriting them.
-  void forward(const GaussianField& field, std::span<const float> values, float* weights, float* numerators);
+  /// bufferSize(), overwriting them. blocks: measured on this field; they save time on a grid that shows few
+  /// of its Gaussians.
+  void forward(const GaussianField& field, std::span<const float> values, float* weights, float* numerators,
+               const GaussianBlocks* blocks = nullptr);
 
   /// Adds dL/d(parameters) of every Gaussian to `gradient`, 16 floats each in the order of struct Gaussian,
   /// from F0 and F1 (Docs/method.md; alpha: ∂L/∂I and I) on the grid. Call forward() with the same field

@@ -48,12 +48,28 @@ public:
     for (int j = 0; j < 3; ++j)
       z += frame_.inverse[6 + j] * static_cast<double>(g.mean[j]);
     const double beyond = std::max(low_ - z, z - high_);
-    if (beyond <= 0) return true;
-    const double scale = std::exp(std::max({g.logScale[0], g.logScale[1], g.logScale[2]}));
-    return !(beyond * beyond > along_ * (scale * scale + blur_) + 1e-4);
+    return beyond <= 0 || near(beyond, std::exp(std::max({g.logScale[0], g.logScale[1], g.logScale[2]})));
+  }
+
+  /// Whether any of a block may.
+  bool operator()(const GaussianBlocks::Block& block) const {
+    double least = frame_.offset[2], most = least;
+    for (int j = 0; j < 3; ++j) {
+      const double t = frame_.inverse[6 + j];
+      if (t == 0) continue;
+      least += t * (t > 0 ? block.low : block.high)[j];
+      most += t * (t > 0 ? block.high : block.low)[j];
+    }
+    const double beyond = std::max(low_ - most, least - high_);
+    return beyond <= 0 || near(beyond, block.scale);
   }
 
 private:
+  /// False only if a sphere with this scale certainly ends before this many planes; true for NaN.
+  bool near(double beyond, double scale) const {
+    return !(beyond * beyond > along_ * (scale * scale + blur_) + 1e-4);
+  }
+
   const ProjectionFrame& frame_;
   double low_, high_, along_, blur_;
 };
@@ -72,22 +88,29 @@ void project(const GaussianField& field, std::span<const float> values, const Sa
 }
 
 void projectNear(const GaussianField& field, std::span<const float> values, const SampleGrid& grid,
-                 const ClosedFormPsf& psf, ThreadPool& pool, NearGaussians& out) {
+                 const ClosedFormPsf& psf, ThreadPool& pool, NearGaussians& out,
+                 const GaussianBlocks* blocks) {
+  constexpr std::int64_t kSize = GaussianBlocks::kSize, kBlocksPerTask = kBlock / kSize;
   const ProjectionFrame frame = projectionFrame(grid);
   const ProjectionRules rules = rulesOf(field, psf, Selection::Exact);
   const PlaneReach reaches(frame, rules, grid.z.front(), grid.z.back());
-  out.number.resize(field.gaussians.size());
-  std::vector<std::int64_t> counts(static_cast<std::size_t>((field.size() + kBlock - 1) / kBlock));
-  pool.blocks(field.size(), kBlock, [&](std::int64_t first, std::int64_t last) {
-    std::int64_t at = first;
-    for (std::int64_t i = first; i < last; ++i)
-      if (reaches(field.gaussians[i])) out.number[at++] = static_cast<std::uint32_t>(i);
-    counts[first / kBlock] = at - first;
+  std::vector<std::int64_t> reached; // blocks of Gaussians
+  for (std::int64_t b = 0; b < (field.size() + kSize - 1) / kSize; ++b)
+    if (!blocks || reaches(blocks->all()[b])) reached.push_back(b);
+  const auto count = static_cast<std::int64_t>(reached.size());
+  out.number.resize(static_cast<std::size_t>(count * kSize));
+  std::vector<std::int64_t> counts((reached.size() + kBlocksPerTask - 1) / kBlocksPerTask);
+  pool.blocks(count, kBlocksPerTask, [&](std::int64_t first, std::int64_t last) {
+    std::int64_t at = first * kSize;
+    for (std::int64_t n = first; n < last; ++n)
+      for (std::int64_t i = reached[n] * kSize; i < std::min(field.size(), (reached[n] + 1) * kSize); ++i)
+        if (reaches(field.gaussians[i])) out.number[at++] = static_cast<std::uint32_t>(i);
+    counts[first / kBlocksPerTask] = at - first * kSize;
   });
   auto end = out.number.begin();
-  for (std::size_t b = 0; b < counts.size(); ++b) {
-    const auto from = out.number.begin() + static_cast<std::ptrdiff_t>(b * kBlock);
-    end = end == from ? from + counts[b] : std::copy(from, from + counts[b], end);
+  for (std::size_t t = 0; t < counts.size(); ++t) {
+    const auto from = out.number.begin() + static_cast<std::ptrdiff_t>(t * kBlock);
+    end = end == from ? from + counts[t] : std::copy(from, from + counts[t], end);
   }
   out.number.erase(end, out.number.end());
   out.projected.resize(out.number.size());

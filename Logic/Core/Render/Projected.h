@@ -1,7 +1,6 @@
 #pragma once
 #include "Core/Acquisition/SampleGrid.h"
-#include "Core/Base/Parallel.h"
-#include "Core/Model/GaussianField.h"
+#include "Core/Render/GaussianBlocks.h"
 #include "Core/Render/Projection.h"
 
 namespace innergs {
@@ -20,9 +19,11 @@ struct NearGaussians {
 };
 
 /// The same for Selection::Exact, without Gaussians whose cut-off ellipsoids miss the grid's planes. Saves
-/// time and memory on a grid that shows few of a field's Gaussians, such as a posed slice.
+/// time and memory on a grid that shows few of a field's Gaussians, such as a posed slice; more with blocks
+/// that were measured on the same field.
 void projectNear(const GaussianField& field, std::span<const float> values, const SampleGrid& grid,
-                 const ClosedFormPsf& psf, ThreadPool& pool, NearGaussians& out);
+                 const ClosedFormPsf& psf, ThreadPool& pool, NearGaussians& out,
+                 const GaussianBlocks* blocks = nullptr);
 
 /// The smallest distance between any point of a grid and the edge of the cut-off ellipsoid, in units of
 /// the exponent. Gradients jump where a point crosses that edge, so devices with different rounding may

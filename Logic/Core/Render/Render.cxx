@@ -164,6 +164,8 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
   const GridGeometry region = field.region();
   const double resolution = region.voxelCount() > 0 ? region.finestSpacing() : 0;
+  GaussianBlocks blocks;
+  if (!blank.poses.empty()) blocks.measure(field, pool);
   for (const Observation& o : observe(blank, field.modelToWorld, {}, closedForm, false, resolution)) {
     weights.resize(o.bufferSize());
     slice.resize(o.sliceSize());
@@ -176,7 +178,8 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
       for (std::size_t p = 0; p < o.points.size(); ++p) {
         const std::size_t part = p * o.grid.bufferSize();
         GridRenderer renderer(o.gridOf(p), kernels, pool, o.psf);
-        renderer.forward(field, options.values, weights.data() + part, numerators.data() + part);
+        renderer.forward(field, options.values, weights.data() + part, numerators.data() + part,
+                         blank.poses.empty() ? nullptr : &blocks);
       }
     }
     for (int s = 0; s < o.slices; ++s) {

@@ -1,3 +1,4 @@
+#include "Core/Fit/Initialise.h"
 #include "Core/Render/Projected.h"
 #include "Core/Render/Rows.h"
 #include "RandomFields.h"
@@ -19,7 +20,10 @@ TEST(Projected, NearOnesAreTheSameAndTheRestReachNoPlane) {
   cloud.high = {20, 20, 20};
   cloud.anisotropy = 6;
   GaussianField field = randomField(2000, cloud, 5, Blending::Normalised, true);
+  field.gaussians = inMortonOrder(std::move(field.gaussians));
   field.gaussians[7].mean[1] = std::nanf("");
+  GaussianBlocks blocks;
+  blocks.measure(field, pool);
   std::vector<float> values(2000, 0.5f);
   for (const bool blurred : {false, true})
     for (const std::vector<double>& planes :
@@ -57,8 +61,44 @@ TEST(Projected, NearOnesAreTheSameAndTheRestReachNoPlane) {
       }
       EXPECT_EQ(n, near.number.size());
       EXPECT_GT(missed, 500);
+      NearGaussians same;
+      projectNear(field, values, grid, psf, pool, same, &blocks);
+      EXPECT_EQ(same.number, near.number);
+      EXPECT_TRUE(std::equal(same.projected.begin(), same.projected.end(), near.projected.begin(),
+                             near.projected.end(), [](const Projected& a, const Projected& b) {
+                               return std::memcmp(&a, &b, sizeof(Projected)) == 0;
+                             }));
       EXPECT_EQ(reaching > 100, planes.front() < 100);
     }
+}
+
+TEST(GaussianBlocks, HoldTheirGaussians) {
+  ThreadPool pool(2);
+  Cloud cloud;
+  cloud.low = {-20, -20, -20};
+  cloud.high = {20, 20, 20};
+  GaussianField field = randomField(1000, cloud, 5, Blending::Normalised, true);
+  field.gaussians = inMortonOrder(std::move(field.gaussians));
+  field.gaussians[70].logScale[2] = std::nanf("");
+  GaussianBlocks blocks;
+  blocks.measure(field, pool);
+  ASSERT_EQ(blocks.all().size(), 16U);
+  double volumes = 0;
+  for (std::size_t i = 0; i < field.gaussians.size(); ++i) {
+    const GaussianBlocks::Block& block = blocks.all()[i / GaussianBlocks::kSize];
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_LE(block.low[a], field.gaussians[i].mean[a]);
+      EXPECT_GE(block.high[a], field.gaussians[i].mean[a]);
+      const double scale = i == 70 ? 0 : std::exp(field.gaussians[i].logScale[a]);
+      EXPECT_GE(block.scale, scale * (1 - 1e-6));
+    }
+  }
+  for (std::size_t b = 0; b < blocks.all().size(); ++b) {
+    const Vec3 edges = blocks.all()[b].high - blocks.all()[b].low;
+    EXPECT_EQ(std::isinf(edges[0]), b == 1);
+    if (b != 1) volumes += edges[0] * edges[1] * edges[2];
+  }
+  EXPECT_LT(volumes / 15, 0.2 * 40 * 40 * 40);
 }
 
 } // namespace
