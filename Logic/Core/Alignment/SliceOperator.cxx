@@ -1,5 +1,7 @@
 #include "Core/Alignment/SliceOperator.h"
 
+#include "Core/Alignment/TrilinearRows.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,11 +13,12 @@ constexpr std::int64_t kSlab = 4; // planes that one task owns
 
 /// A slice's pixels and sub-planes in index coordinates of the volume.
 struct Track {
+  std::array<std::int64_t, 3> size; // of the volume
   float base[3], alongI[3], alongJ[3];
   std::vector<std::array<float, 3>> offset; // of the sub-planes
   std::vector<float> weight;
 
-  Track(const PlacedSlice& slice, const Affine3& worldToIndex) {
+  Track(const PlacedSlice& slice, const GridGeometry& grid, const Affine3& worldToIndex) : size(grid.size) {
     const Affine3 map = worldToIndex * slice.pose * slice.toWorld;
     const Vec3 normal = worldToIndex.linear * (slice.pose.linear * slice.normal);
     for (int a = 0; a < 3; ++a) {
@@ -31,9 +34,26 @@ struct Track {
     }
   }
 
-  void row(int j, std::size_t q, float* start) const {
+  /// Whether any of the slice's points may lie between these places along the volume's third axis.
+  bool reaches(const PlacedSlice& slice, float low, float high) const {
+    float least = std::numeric_limits<float>::max(), most = -least;
+    for (const int i : {0, slice.nx - 1})
+      for (const int j : {0, slice.ny - 1})
+        for (const auto& o : {offset.front(), offset.back()}) {
+          const float z =
+              base[2] + static_cast<float>(i) * alongI[2] + static_cast<float>(j) * alongJ[2] + o[2];
+          least = std::min(least, z);
+          most = std::max(most, z);
+        }
+    constexpr float kRounding = 0.01f;
+    return most >= low - kRounding && least <= high + kRounding;
+  }
+
+  PointRow row(int j, std::size_t q) const {
+    PointRow row{size, {}, {alongI[0], alongI[1], alongI[2]}};
     for (int a = 0; a < 3; ++a)
-      start[a] = base[a] + static_cast<float>(j) * alongJ[a] + offset[q][a];
+      row.start[a] = base[a] + static_cast<float>(j) * alongJ[a] + offset[q][a];
+    return row;
   }
 };
 
@@ -43,14 +63,32 @@ struct Box {
     for (int a = 0; a < 3; ++a)
       high[a] = static_cast<float>(grid.size[a] - 1) - 1e-3f;
   }
-  bool holds(const float* start, const float* along, float i) const {
+  bool holds(const PointRow& row, float i) const {
     for (int a = 0; a < 3; ++a) {
-      const float x = start[a] + i * along[a];
+      const float x = row.start[a] + i * row.step[a];
       if (!(x >= 0 && x <= high[a])) return false;
     }
     return true;
   }
 };
+
+/// Sub-planes of a slice. Of a box, fewer than one per `resolution` (mm): Gauss's three-point rule, exact for
+/// polynomials of fifth degree along the normal, in each of its parts of up to six times that.
+ProfileQuadrature subPlanes(const Stack& stack, double resolution) {
+  const double thickness = effectiveThickness(stack);
+  ProfileQuadrature q = profileQuadrature(stack.profile, thickness, resolution);
+  if (stack.profile != SliceProfile::Box || q.offset.size() <= 3) return q;
+  constexpr std::size_t kMost = 6;
+  const auto parts = static_cast<int>((q.offset.size() + kMost - 1) / kMost);
+  const double part = thickness / parts, beside = 0.5 * part * std::sqrt(0.6);
+  q = {};
+  for (int n = 0; n < parts; ++n)
+    for (int side = -1; side <= 1; ++side) {
+      q.offset.push_back((n + 0.5) * part - 0.5 * thickness + side * beside);
+      q.weight.push_back((side == 0 ? 8.0 : 5.0) / (18 * parts));
+    }
+  return q;
+}
 
 } // namespace
 
@@ -71,7 +109,7 @@ std::vector<PlacedSlice> placedSlices(const Stack& stack, std::size_t index, int
     s.toWorld = map * coarse;
     s.normal = column(g.direction, 2);
     if (!stack.poses.empty()) s.pose = stack.poses[static_cast<std::size_t>(k)];
-    s.profile = profileQuadrature(stack.profile, effectiveThickness(stack), resolution);
+    s.profile = subPlanes(stack, resolution);
     s.values.assign(static_cast<std::size_t>(s.nx) * s.ny, std::numeric_limits<float>::quiet_NaN());
     for (int y = 0; y < s.ny; ++y)
       for (int x = 0; x < s.nx; ++x) {
@@ -98,43 +136,26 @@ SliceOperator::SliceOperator(const GridGeometry& grid, ThreadPool& pool)
     : grid_(grid), pool_(pool), worldToIndex_(inverse(grid.indexToWorld())) {}
 
 std::vector<float> SliceOperator::project(const std::vector<float>& volume, const PlacedSlice& slice) const {
-  const Track track(slice, worldToIndex_);
+  const Track track(slice, grid_, worldToIndex_);
   const Box box(grid_);
-  const std::int64_t dy = grid_.size[0], dz = grid_.size[0] * grid_.size[1];
+  const TrilinearRows& rows = trilinearRows().front();
   const std::size_t last = track.weight.size() - 1;
   std::vector<float> out(slice.values.size());
   for (int j = 0; j < slice.ny; ++j) {
-    float lowEnd[3], highEnd[3];
-    track.row(j, 0, lowEnd);
-    track.row(j, last, highEnd);
+    const PointRow lowEnd = track.row(j, 0), highEnd = track.row(j, last);
     float* line = out.data() + static_cast<std::size_t>(j) * slice.nx;
     const float* given = slice.values.data() + static_cast<std::size_t>(j) * slice.nx;
+    int begin = slice.nx, end = 0;
     for (int i = 0; i < slice.nx; ++i) {
       const auto x = static_cast<float>(i);
-      const bool seen =
-          !std::isnan(given[i]) && box.holds(lowEnd, track.alongI, x) && box.holds(highEnd, track.alongI, x);
+      const bool seen = !std::isnan(given[i]) && box.holds(lowEnd, x) && box.holds(highEnd, x);
       line[i] = seen ? 0 : std::numeric_limits<float>::quiet_NaN();
+      if (!seen) continue;
+      begin = std::min(begin, i);
+      end = i + 1;
     }
-    for (std::size_t q = 0; q <= last; ++q) {
-      float start[3];
-      track.row(j, q, start);
-      for (int i = 0; i < slice.nx; ++i) {
-        if (std::isnan(line[i])) continue;
-        const auto t = static_cast<float>(i);
-        const float x = start[0] + t * track.alongI[0], y = start[1] + t * track.alongI[1],
-                    z = start[2] + t * track.alongI[2];
-        const auto ix = static_cast<std::int64_t>(x), iy = static_cast<std::int64_t>(y),
-                   iz = static_cast<std::int64_t>(z);
-        const float fx = x - static_cast<float>(ix), fy = y - static_cast<float>(iy),
-                    fz = z - static_cast<float>(iz);
-        const float* p = volume.data() + ix + dy * iy + dz * iz;
-        const float a = p[0] + fx * (p[1] - p[0]), b = p[dy] + fx * (p[dy + 1] - p[dy]);
-        p += dz;
-        const float c = p[0] + fx * (p[1] - p[0]), d = p[dy] + fx * (p[dy + 1] - p[dy]);
-        const float e = a + fy * (b - a), f = c + fy * (d - c);
-        line[i] += track.weight[q] * (e + fz * (f - e));
-      }
-    }
+    for (std::size_t q = 0; q <= last && begin < end; ++q)
+      rows.read(volume.data(), track.row(j, q), track.weight[q], begin, end, line);
   }
   return out;
 }
@@ -144,52 +165,31 @@ void SliceOperator::addTransposed(std::span<const PlacedSlice* const> slices,
                                   std::vector<float>& volume) const {
   std::vector<Track> tracks;
   for (const PlacedSlice* slice : slices)
-    tracks.emplace_back(*slice, worldToIndex_);
-  const std::int64_t dy = grid_.size[0], dz = grid_.size[0] * grid_.size[1];
+    tracks.emplace_back(*slice, grid_, worldToIndex_);
+  const TrilinearRows& rows = trilinearRows().front();
   pool_.run((grid_.size[2] + kSlab - 1) / kSlab, [&](std::int64_t slab) {
     const std::int64_t z0 = slab * kSlab, z1 = std::min(grid_.size[2], z0 + kSlab);
     const float low = static_cast<float>(z0 - 1), high = static_cast<float>(z1); // of z that reach the slab
     for (std::size_t s = 0; s < slices.size(); ++s) {
       const PlacedSlice& slice = *slices[s];
       const Track& track = tracks[s];
+      if (!track.reaches(slice, low, high)) continue;
       for (int j = 0; j < slice.ny; ++j) {
         const float* line = images[s].data() + static_cast<std::size_t>(j) * slice.nx;
         for (std::size_t q = 0; q < track.weight.size(); ++q) {
-          float start[3];
-          track.row(j, q, start);
+          const PointRow row = track.row(j, q);
           int from = 0, to = slice.nx;
-          const float step = track.alongI[2];
+          const float start = row.start[2], step = row.step[2];
           if (std::abs(step) < 1e-6f) {
-            if (start[2] < low || start[2] > high) continue;
+            if (start < low || start > high) continue;
           } else {
-            const float a = (low - start[2]) / step, b = (high - start[2]) / step;
+            const float a = (low - start) / step, b = (high - start) / step;
             from = static_cast<int>(
                 std::clamp(std::floor(std::min(a, b)) - 1, 0.f, static_cast<float>(slice.nx)));
             to = static_cast<int>(
                 std::clamp(std::ceil(std::max(a, b)) + 2, 0.f, static_cast<float>(slice.nx)));
           }
-          for (int i = from; i < to; ++i) {
-            const float r = track.weight[q] * line[i];
-            if (r == 0) continue;
-            const auto t = static_cast<float>(i);
-            const float x = start[0] + t * track.alongI[0], y = start[1] + t * track.alongI[1],
-                        z = start[2] + t * track.alongI[2];
-            const auto iz = static_cast<std::int64_t>(z);
-            if (iz < z0 - 1 || iz >= z1) continue;
-            const auto ix = static_cast<std::int64_t>(x), iy = static_cast<std::int64_t>(y);
-            const float fx = x - static_cast<float>(ix), fy = y - static_cast<float>(iy),
-                        fz = z - static_cast<float>(iz);
-            float* p = volume.data() + ix + dy * iy + dz * iz;
-            const auto plane = [&](float* to4, float w) {
-              const float a = w * (1 - fy), b = w * fy;
-              to4[0] += a * (1 - fx);
-              to4[1] += a * fx;
-              to4[dy] += b * (1 - fx);
-              to4[dy + 1] += b * fx;
-            };
-            if (iz >= z0) plane(p, r * (1 - fz));
-            if (iz + 1 < z1) plane(p + dz, r * fz);
-          }
+          rows.add(line, row, track.weight[q], from, to, z0, z1, volume.data());
         }
       }
     }

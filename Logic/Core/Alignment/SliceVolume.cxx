@@ -35,18 +35,25 @@ void addScaled(std::vector<float>& a, double factor, const std::vector<float>& b
 /// out += weight · (the grid's Laplacian, negative) · volume.
 void addRoughness(const std::vector<float>& volume, const std::array<std::int64_t, 3>& n, float weight,
                   std::vector<float>& out, ThreadPool& pool) {
-  const std::int64_t stride[3] = {1, n[0], n[0] * n[1]};
   pool.run(n[2], [&](std::int64_t k) {
-    for (std::int64_t j = 0; j < n[1]; ++j)
-      for (std::int64_t i = 0; i < n[0]; ++i) {
-        const std::int64_t v = i + n[0] * (j + n[1] * k), at[3] = {i, j, k};
-        float sum = 0;
-        for (int a = 0; a < 3; ++a) {
-          if (at[a] > 0) sum += volume[v] - volume[v - stride[a]];
-          if (at[a] + 1 < n[a]) sum += volume[v] - volume[v + stride[a]];
-        }
-        out[v] += weight * sum;
-      }
+    for (std::int64_t j = 0; j < n[1]; ++j) {
+      const auto line = [&](std::int64_t atJ, std::int64_t atK) { // beyond the faces, voxels repeat
+        return volume.data() + n[0] * (std::clamp<std::int64_t>(atJ, 0, n[1] - 1) +
+                                       n[1] * std::clamp<std::int64_t>(atK, 0, n[2] - 1));
+      };
+      const float *middle = line(j, k), *before = line(j - 1, k), *after = line(j + 1, k),
+                  *below = line(j, k - 1), *above = line(j, k + 1);
+      float* to = out.data() + n[0] * (j + n[1] * k);
+      const auto add = [&](std::int64_t i, std::int64_t left, std::int64_t right) {
+        const float v = middle[i];
+        to[i] += weight * ((v - middle[left]) + (v - middle[right]) + (v - before[i]) + (v - after[i]) +
+                           (v - below[i]) + (v - above[i]));
+      };
+      add(0, 0, std::min<std::int64_t>(1, n[0] - 1));
+      for (std::int64_t i = 1; i + 1 < n[0]; ++i)
+        add(i, i - 1, i + 1);
+      if (n[0] > 1) add(n[0] - 1, n[0] - 2, n[0] - 1);
+    }
   });
 }
 
