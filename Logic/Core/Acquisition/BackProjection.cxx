@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace innergs {
 namespace {
@@ -91,49 +92,57 @@ std::vector<float> denoised(const Stack& stack, const std::vector<float>& projec
   return out;
 }
 
-/// Posed slices around the points of one row (j, k) of the volume, each with a tent as wide as the slice
-/// distance on either side. Between slices that have moved apart less is known, and less is added.
+/// Differences from posed slices at the points of one row (j, k) of the volume: of those around a point, each
+/// with a tent as wide as the slice distance on either side. Between slices that have moved apart less is
+/// known, and less is added.
 class PosedRow {
 public:
   PosedRow(const Residual& r, std::int64_t points, double j, double k)
-      : residual_(r), slice_(r.stack->image.geometry) {
-    slice_.size[2] = 1;
-    const Vec3 first{0, j, k}, last{static_cast<double>(points - 1), j, k};
+      : sums_(static_cast<std::size_t>(points), 0.0), weights_(sums_) {
+    GridGeometry slice = r.stack->image.geometry;
+    slice.size[2] = 1;
+    const auto pixels = static_cast<std::size_t>(slice.size[0] * slice.size[1]);
     for (std::size_t s = 0; s < r.gridToIndex.size(); ++s) {
-      const double a = distance(s, first), b = distance(s, last);
-      constexpr double kReach = 1 + 1e-6;
-      if (std::max(a, b) > -kReach && std::min(a, b) < kReach) near_.push_back(s);
+      const Affine3& map = r.gridToIndex[s];
+      const auto distance = [&](const Vec3& at) { // in slice distances
+        return dot(map.linear[2], at) + map.offset[2] - static_cast<double>(s);
+      };
+      const auto [begin, end] = near(distance({0, j, k}), map.linear[2][0], points);
+      for (std::int64_t i = begin; i < end; ++i) {
+        const Vec3 at{static_cast<double>(i), j, k};
+        const double w = 1 - std::abs(distance(at));
+        if (w <= 0) continue;
+        Vec3 index = map(at);
+        index[2] = 0;
+        float seen;
+        if (!sampleInside(slice, r.voxels.data() + s * pixels, index, seen)) continue;
+        sums_[i] += w * seen;
+        weights_[i] += w;
+      }
     }
   }
 
-  bool sample(const Vec3& at, float& value) const {
-    double sum = 0, weights = 0;
-    for (const std::size_t s : near_) {
-      const double w = 1 - std::abs(distance(s, at));
-      if (w <= 0) continue;
-      Vec3 index = residual_.gridToIndex[s](at);
-      index[2] = 0;
-      float seen;
-      if (!sampleInside(slice_, residual_.voxels.data() + s * pixels(), index, seen)) continue;
-      sum += w * seen;
-      weights += w;
-    }
-    if (weights < 0.1) return false;
-    value = static_cast<float>(sum / std::max(1.0, weights));
-    return true;
+  /// Calls add(i, value) wherever enough is known.
+  template <class Add>
+  void visit(const Add& add) const {
+    for (std::size_t i = 0; i < sums_.size(); ++i)
+      if (weights_[i] >= 0.1)
+        add(static_cast<std::int64_t>(i), static_cast<float>(sums_[i] / std::max(1.0, weights_[i])));
   }
 
 private:
-  /// From a slice, in slice distances.
-  double distance(std::size_t slice, const Vec3& at) const {
-    const Affine3& map = residual_.gridToIndex[slice];
-    return dot(map.linear[2], at) + map.offset[2] - static_cast<double>(slice);
+  /// The points [begin, end) of `count` less than 1 from 0, or little more, at first + i·step.
+  static std::pair<std::int64_t, std::int64_t> near(double first, double step, std::int64_t count) {
+    constexpr double kReach = 1 + 1e-6;
+    if (std::abs(step) < 1e-9)
+      return {0, std::abs(first) < kReach + 1e-9 * static_cast<double>(count) ? count : 0};
+    const auto [low, high] = std::minmax({(-kReach - first) / step, (kReach - first) / step});
+    const auto last = static_cast<double>(count);
+    return {static_cast<std::int64_t>(std::clamp(std::floor(low), 0.0, last)),
+            static_cast<std::int64_t>(std::clamp(std::ceil(high) + 1, 0.0, last))};
   }
-  std::size_t pixels() const { return static_cast<std::size_t>(slice_.size[0] * slice_.size[1]); }
 
-  const Residual& residual_;
-  GridGeometry slice_;
-  std::vector<std::size_t> near_;
+  std::vector<double> sums_, weights_;
 };
 
 /// projectToStack() onto slices whose sub-planes are voxels of the volume; nothing for others.
@@ -301,14 +310,14 @@ double backProject(Volume& volume, std::span<const Stack> stacks, const BackProj
           aligned[s]->row(r.voxels.data(), j, k, add);
           continue;
         }
-        std::optional<PosedRow> posed;
-        if (!r.stack->poses.empty()) posed.emplace(r, n[0], static_cast<double>(j), static_cast<double>(k));
+        if (!r.stack->poses.empty()) {
+          PosedRow(r, n[0], static_cast<double>(j), static_cast<double>(k)).visit(add);
+          continue;
+        }
         for (std::int64_t i = 0; i < n[0]; ++i) {
           const Vec3 at{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
           float value;
-          if (posed
-                  ? posed->sample(at, value)
-                  : sampleInside(r.stack->image.geometry, r.voxels.data(), r.gridToIndex.front()(at), value))
+          if (sampleInside(r.stack->image.geometry, r.voxels.data(), r.gridToIndex.front()(at), value))
             add(i, value);
         }
       }
