@@ -34,9 +34,9 @@ constexpr double kPlacing = 6e3; // likewise for several scans in masks, per vox
 /// Cost in voxels for which an iteration of the fit takes as long: of aligning two scans and of comparing
 /// their shading, per point compared; of the search for motion between slices, per voxel, if they lie still
 /// or moved.
-constexpr double kAligning = 100, kShading = 50, kStillSlices = 12, kMovedSlices = 60;
+constexpr double kAligning = 30, kShading = 15, kStillSlices = 6, kMovedSlices = 30;
 /// Cost of an iteration and of the refinement where slices move, relative to still ones.
-constexpr double kMovedFit = 1.7, kMovedRefining = 2.5;
+constexpr double kMovedFit = 1.6, kMovedRefining = 1.5;
 constexpr double kAlignedPoints = 40e3;
 constexpr double kAlignedVoxel = 8e3; // cost of such a voxel, in multiply-adds, where a prediction is fitted
 constexpr int kTrialIterations = 4;   // at most half of them coarse
