@@ -60,7 +60,8 @@ std::vector<std::vector<float>> predictions(const Method& method, const Prepared
     stack.poses.assign(static_cast<std::size_t>(stack.image.geometry.size[2]), Affine3{});
     for (std::size_t n = 0; n < heldOut.size(); ++n)
       stack.poses[static_cast<std::size_t>(heldOut[n])] = poses[n].pose;
-    const std::vector<PlacedSlice> slices = placedSlices(stack, s, 1, grid.spacing[0]);
+    const std::vector<PlacedSlice> slices = placedSlices(
+        stack, s, 1, profileQuadrature(stack.profile, effectiveThickness(stack), grid.spacing[0]));
     for (const std::int64_t k : heldOut)
       seen.push_back(op.project(volume, slices[static_cast<std::size_t>(k)]));
   }

@@ -232,8 +232,8 @@ std::vector<float> projectToPoints(const Volume& volume, const Stack& stack, Thr
 
 std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool, float keys) {
   const GridGeometry& g = stack.image.geometry;
-  const std::vector<PixelPoint> points =
-      pixelPoints(pixelQuadrature(stack, volume.geometry.finestSpacing()), g.spacing);
+  const std::vector<PixelPoint> points = pixelPoints(
+      pixelQuadrature(stack.profile, stack.pixelWidth, volume.geometry.finestSpacing()), g.spacing);
   if (points.size() == 1) return projectToPoints(volume, stack, pool, keys);
   std::vector<float> sums(static_cast<std::size_t>(g.voxelCount()), 0.f), weights = sums;
   Stack moved = stack;

@@ -84,9 +84,9 @@ Observation observeSlices(const Stack& stack, int first, int last, const Affine3
     for (std::size_t y = 0; y < ny; ++y)
       for (std::size_t x = 0; x < nx; ++x) {
         const std::size_t v = source + y * nx + x;
-        const float value = stack.image.voxels[v];
-        if (!std::isfinite(value) || (!stack.observed.empty() && !stack.observed[v])) continue;
-        o.target[at + y * stride + x] = static_cast<float>((value - map.offset) * inverseScale);
+        if (!isKnown(stack, v)) continue;
+        o.target[at + y * stride + x] =
+            static_cast<float>((stack.image.voxels[v] - map.offset) * inverseScale);
         o.weight[at + y * stride + x] = 1;
         ++seen;
       }
@@ -107,7 +107,8 @@ Observation observeSlices(const Stack& stack, int first, int last, const Affine3
   if (smoothAlongNormal && quadrature.offset.size() > 2)
     quadrature = twoPointQuadrature(stack.profile, effectiveThickness(stack));
   placePlanes(o, quadrature, g.spacing[2]);
-  if (resolution > 0) placePoints(o, pixelPoints(pixelQuadrature(stack, resolution), g.spacing));
+  if (resolution > 0)
+    placePoints(o, pixelPoints(pixelQuadrature(stack.profile, stack.pixelWidth, resolution), g.spacing));
   return o;
 }
 
@@ -119,10 +120,9 @@ SampleGrid Observation::gridOf(std::size_t point) const {
   return shifted;
 }
 
-ProfileQuadrature pixelQuadrature(const Stack& stack, double resolution) {
-  const SliceProfile profile =
-      stack.profile == SliceProfile::Point ? SliceProfile::Box : stack.profile; // of thin slices
-  return profileQuadrature(profile, stack.pixelWidth, resolution);
+ProfileQuadrature pixelQuadrature(SliceProfile profile, double width, double resolution) {
+  const bool thin = profile == SliceProfile::Point;
+  return profileQuadrature(thin ? SliceProfile::Box : profile, width, resolution);
 }
 
 std::vector<PixelPoint> pixelPoints(const ProfileQuadrature& edge, const Vec3& spacing) {

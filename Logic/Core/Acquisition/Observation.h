@@ -46,8 +46,9 @@ ProfileQuadrature profileQuadrature(SliceProfile profile, double thickness, doub
 /// Gauss's two-point rule for the profile: exact for cubic polynomials along the normal.
 ProfileQuadrature twoPointQuadrature(SliceProfile profile, double thickness);
 
-/// The same along a pixel's edges, for a volume with this finest spacing (mm).
-ProfileQuadrature pixelQuadrature(const Stack& stack, double resolution);
+/// The same along the edges of pixels of a stack with this profile that average over `width` mm, for a volume
+/// with this finest spacing (mm).
+ProfileQuadrature pixelQuadrature(SliceProfile profile, double width, double resolution);
 
 /// The points that this gives for a pixel.
 struct PixelPoint {

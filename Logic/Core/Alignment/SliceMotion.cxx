@@ -50,6 +50,24 @@ int pixelsAt(const Stack& stack, double spacing) {
   return std::max(1, static_cast<int>(std::floor(spacing / std::min(pixel[0], pixel[1]) + 0.25)));
 }
 
+/// The profile of slices to be registered. Of a box, fewer sub-planes than one per `resolution` (mm): Gauss's
+/// three-point rule, exact for polynomials of fifth degree, in each of its parts of up to six times that.
+ProfileQuadrature registeredProfile(const Stack& stack, double resolution) {
+  const double thickness = effectiveThickness(stack);
+  ProfileQuadrature q = profileQuadrature(stack.profile, thickness, resolution);
+  if (stack.profile != SliceProfile::Box || q.offset.size() <= 3) return q;
+  constexpr std::size_t kMost = 6;
+  const auto parts = static_cast<int>((q.offset.size() + kMost - 1) / kMost);
+  const double part = thickness / parts, beside = 0.5 * part * std::sqrt(0.6);
+  q = {};
+  for (int n = 0; n < parts; ++n)
+    for (int side = -1; side <= 1; ++side) {
+      q.offset.push_back((n + 0.5) * part - 0.5 * thickness + side * beside);
+      q.weight.push_back((side == 0 ? 8.0 : 5.0) / (18 * parts));
+    }
+  return q;
+}
+
 /// Twice the sub-planes, as far apart as before. spacing: mm, used if there is only one.
 ProfileQuadrature twiceAsThick(const ProfileQuadrature& profile, double spacing) {
   const double step = profile.offset.size() > 1 ? profile.offset[1] - profile.offset[0] : spacing;
@@ -289,7 +307,8 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
     const SliceOperator op(grid, pool);
     work.slices.clear();
     for (std::size_t s = 0; s < stacks.size(); ++s) {
-      work.slices.push_back(placedSlices(stacks[s], s, pixelsAt(stacks[s], spacing), spacing));
+      work.slices.push_back(
+          placedSlices(stacks[s], s, pixelsAt(stacks[s], spacing), registeredProfile(stacks[s], spacing)));
       for (std::size_t k = 0; !previous.empty() && k < previous[s].size(); ++k) {
         work.slices[s][k].pose = previous[s][k].pose;
         work.slices[s][k].gain = previous[s][k].gain;
@@ -425,7 +444,7 @@ std::vector<SlicePose> placeSlices(const std::function<Volume(const GridGeometry
     const SliceOperator op(grid, pool);
     const std::vector<float> volume = render(grid).voxels;
     std::vector<PlacedSlice> slices =
-        placedSlices(stack, 0, pixelsAt(stack, grid.spacing[0]), grid.spacing[0]);
+        placedSlices(stack, 0, pixelsAt(stack, grid.spacing[0]), registeredProfile(stack, grid.spacing[0]));
     pool.run(static_cast<std::int64_t>(indices.size()), [&](std::int64_t n) {
       PlacedSlice& slice = slices[indices[n]];
       slice.pose = result[n].pose;

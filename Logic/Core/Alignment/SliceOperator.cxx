@@ -72,27 +72,10 @@ struct Box {
   }
 };
 
-/// Sub-planes of a slice. Of a box, fewer than one per `resolution` (mm): Gauss's three-point rule, exact for
-/// polynomials of fifth degree along the normal, in each of its parts of up to six times that.
-ProfileQuadrature subPlanes(const Stack& stack, double resolution) {
-  const double thickness = effectiveThickness(stack);
-  ProfileQuadrature q = profileQuadrature(stack.profile, thickness, resolution);
-  if (stack.profile != SliceProfile::Box || q.offset.size() <= 3) return q;
-  constexpr std::size_t kMost = 6;
-  const auto parts = static_cast<int>((q.offset.size() + kMost - 1) / kMost);
-  const double part = thickness / parts, beside = 0.5 * part * std::sqrt(0.6);
-  q = {};
-  for (int n = 0; n < parts; ++n)
-    for (int side = -1; side <= 1; ++side) {
-      q.offset.push_back((n + 0.5) * part - 0.5 * thickness + side * beside);
-      q.weight.push_back((side == 0 ? 8.0 : 5.0) / (18 * parts));
-    }
-  return q;
-}
-
 } // namespace
 
-std::vector<PlacedSlice> placedSlices(const Stack& stack, std::size_t index, int factor, double resolution) {
+std::vector<PlacedSlice> placedSlices(const Stack& stack, std::size_t index, int factor,
+                                      const ProfileQuadrature& profile) {
   const GridGeometry& g = stack.image.geometry;
   const Affine3 map = g.indexToWorld();
   std::vector<PlacedSlice> slices;
@@ -109,7 +92,7 @@ std::vector<PlacedSlice> placedSlices(const Stack& stack, std::size_t index, int
     s.toWorld = map * coarse;
     s.normal = column(g.direction, 2);
     if (!stack.poses.empty()) s.pose = stack.poses[static_cast<std::size_t>(k)];
-    s.profile = subPlanes(stack, resolution);
+    s.profile = profile;
     s.values.assign(static_cast<std::size_t>(s.nx) * s.ny, std::numeric_limits<float>::quiet_NaN());
     for (int y = 0; y < s.ny; ++y)
       for (int x = 0; x < s.nx; ++x) {
@@ -118,9 +101,8 @@ std::vector<PlacedSlice> placedSlices(const Stack& stack, std::size_t index, int
         for (std::int64_t j = y * factor; j < std::min<std::int64_t>(g.size[1], (y + 1) * factor); ++j)
           for (std::int64_t i = x * factor; i < std::min<std::int64_t>(g.size[0], (x + 1) * factor); ++i) {
             const std::size_t v = i + g.size[0] * (j + g.size[1] * k);
-            const float value = stack.image.voxels[v];
-            if (!std::isfinite(value) || (!stack.observed.empty() && !stack.observed[v])) continue;
-            sum += value;
+            if (!isKnown(stack, v)) continue;
+            sum += stack.image.voxels[v];
             ++n;
           }
         if (2 * n < factor * factor) continue;

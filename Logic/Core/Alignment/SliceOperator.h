@@ -22,9 +22,9 @@ struct PlacedSlice {
   double weight = 1;
 };
 
-/// All slices of a stack, with its poses, averaged over squares of `factor` pixels. resolution: mm, between
-/// the sub-planes of the profile.
-std::vector<PlacedSlice> placedSlices(const Stack& stack, std::size_t index, int factor, double resolution);
+/// All slices of a stack, with its poses, averaged over squares of `factor` pixels.
+std::vector<PlacedSlice> placedSlices(const Stack& stack, std::size_t index, int factor,
+                                      const ProfileQuadrature& profile);
 
 /// What slices see of a volume through their profiles, trilinear on its grid, and the transpose of that.
 class SliceOperator {

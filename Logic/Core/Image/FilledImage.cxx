@@ -12,7 +12,7 @@ FilledImage filledImage(const Stack& stack, const std::stop_token& stop) {
   std::vector<std::uint8_t> known(voxels.size());
   bool all = true;
   for (std::size_t v = 0; v < voxels.size(); ++v) {
-    known[v] = std::isfinite(voxels[v]) && (stack.observed.empty() || stack.observed[v]);
+    known[v] = isKnown(stack, v);
     all = all && known[v];
   }
   if (all) return filled;

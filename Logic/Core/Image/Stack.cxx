@@ -80,10 +80,9 @@ ValueRange observedRange(std::span<const Stack> stacks) {
   ValueRange range{std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
   for (const Stack& stack : stacks)
     for (std::size_t v = 0; v < stack.image.voxels.size(); ++v) {
-      const float value = stack.image.voxels[v];
-      if (!std::isfinite(value) || (!stack.observed.empty() && !stack.observed[v])) continue;
-      range.low = std::min(range.low, value);
-      range.high = std::max(range.high, value);
+      if (!isKnown(stack, v)) continue;
+      range.low = std::min(range.low, stack.image.voxels[v]);
+      range.high = std::max(range.high, stack.image.voxels[v]);
     }
   if (range.low > range.high)
     throw Error(ErrorCode::NoData, "The images have no finite observed voxel: check the mask.");

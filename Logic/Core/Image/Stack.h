@@ -18,8 +18,7 @@ struct Stack {
   Volume image;         // non-finite voxels are allowed and excluded from the fit
   double thickness = 0; // mm along K's direction; 0 = the slice spacing
   SliceProfile profile = SliceProfile::Box;
-  double pixelWidth =
-      0; // mm along I and J over which a pixel averages, as the profile (thin: a box); 0 = a point
+  double pixelWidth = 0; // mm along I and J that a pixel averages, as the profile (thin: a box); 0 = a point
   std::vector<std::uint8_t> observed; // per voxel, 0 = held out or outside the mask; empty = all observed
   std::vector<Affine3> poses; // per slice: rigid map (LPS mm) applied after indexToWorld; empty = identity
   std::vector<double> times;  // per slice, seconds; empty = static

@@ -160,7 +160,7 @@ std::optional<float> onlyValue(const Stack& stack) {
   std::optional<float> value;
   for (std::size_t v = 0; v < stack.image.voxels.size(); ++v) {
     const float voxel = stack.image.voxels[v];
-    if (!std::isfinite(voxel) || (!stack.observed.empty() && !stack.observed[v])) continue;
+    if (!isKnown(stack, v)) continue;
     if (value && *value != voxel) return {};
     value = voxel;
   }

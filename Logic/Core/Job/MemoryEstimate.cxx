@@ -35,10 +35,8 @@ GridBytes gridsOf(std::span<const Stack> stacks, const Settings& settings, doubl
     const GridGeometry& g = stack.image.geometry;
     const auto planes =
         profileQuadrature(stack.profile, effectiveThickness(stack), std::min(g.spacing[0], g.spacing[1]));
-    Stack pixel;
-    pixel.profile = stack.profile;
-    pixel.pixelWidth = pixelWidth(stack, stacks, settings);
-    const auto edge = static_cast<double>(pixelQuadrature(pixel, voxel).offset.size());
+    const double width = pixelWidth(stack, stacks, settings);
+    const auto edge = static_cast<double>(pixelQuadrature(stack.profile, width, voxel).offset.size());
     sum.points = std::max(sum.points, edge * edge);
     for (int axis = 2; axis >= (allAxes ? 0 : 2); --axis) {
       const std::int64_t rows = g.size[axis == 0 ? 1 : 0];

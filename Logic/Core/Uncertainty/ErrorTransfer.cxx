@@ -112,7 +112,9 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
     const auto& n = scan.image.geometry.size;
     if (n[2] < 3) continue;
     scan.image.voxels.assign(static_cast<std::size_t>(scan.image.geometry.voxelCount()), 0.f);
-    for (const PlacedSlice& slice : placedSlices(scan, 0, 1, grid.spacing[0])) {
+    const ProfileQuadrature profile =
+        profileQuadrature(scan.profile, effectiveThickness(scan), grid.spacing[0]);
+    for (const PlacedSlice& slice : placedSlices(scan, 0, 1, profile)) {
       const std::vector<float> seen = op.project(truth, slice);
       std::copy(seen.begin(), seen.end(), scan.image.voxels.begin() + slice.index * n[0] * n[1]);
     }

@@ -1,5 +1,6 @@
 // Several scans that do not go together as they should.
 #include "Alignment/HeadPhantom.h"
+#include "Core/Job/ReconstructionRun.h"
 #include "JobInputs.h"
 #include "Prediction/SpherePhantom.h"
 
@@ -191,6 +192,23 @@ TEST(JobStacks, WithMovedSlicesMergeFieldsByPresetBalanced) {
   };
   EXPECT_EQ(members(SliceMotionKind::On), 3);
   EXPECT_EQ(members(SliceMotionKind::Off), 1);
+}
+
+TEST(JobStacks, WithPosesGetAResidualOnlyWhereThesePosesWereFound) {
+  ReconstructionInput input = scansOf(body(3), body(3));
+  Affine3 shifted;
+  shifted.offset = {0.5, 0, 0};
+  for (Stack& stack : input.stacks)
+    stack.poses.assign(static_cast<std::size_t>(stack.image.geometry.size[2]), shifted);
+  Settings settings = quick();
+  settings.iterations = 2;
+  const auto hasResidual = [&](bool found) {
+    ReconstructionRun run(input, settings, false, {});
+    if (found) run.treatPosesAsFound();
+    return !run.run({}, false).model->field.residual.voxels.empty();
+  };
+  EXPECT_FALSE(hasResidual(false));
+  EXPECT_TRUE(hasResidual(true));
 }
 
 TEST(JobStacks, GivenTwiceAreAsGoodAsOnce) {

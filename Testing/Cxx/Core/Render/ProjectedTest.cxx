@@ -1,5 +1,5 @@
-#include "Core/Fit/Initialise.h"
 #include "Core/Render/Projected.h"
+#include "Core/Fit/Initialise.h"
 #include "Core/Render/Rows.h"
 #include "RandomFields.h"
 #include "TestVolumes.h"
