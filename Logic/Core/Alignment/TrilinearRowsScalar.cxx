@@ -24,7 +24,7 @@ void read(const float* volume, const PointRow& row, float weight, int begin, int
   const std::int64_t dy = row.size[0], dz = row.size[0] * row.size[1];
   for (int i = begin; i < end; ++i) {
     const Cell cell(row, i);
-    const auto [fx, fy, fz] = cell.above;
+    const float fx = cell.above[0], fy = cell.above[1], fz = cell.above[2];
     const float* p = volume + cell.low[0] + dy * cell.low[1] + dz * cell.low[2];
     const float a = p[0] + fx * (p[1] - p[0]), b = p[dy] + fx * (p[dy + 1] - p[dy]);
     p += dz;
@@ -41,7 +41,7 @@ void add(const float* values, const PointRow& row, float weight, int begin, int 
     const float r = weight * values[i];
     if (r == 0) continue;
     const Cell cell(row, i);
-    const auto [fx, fy, fz] = cell.above;
+    const float fx = cell.above[0], fy = cell.above[1], fz = cell.above[2];
     float* p = volume + cell.low[0] + dy * cell.low[1] + dz * cell.low[2];
     const auto plane = [&](float* to, float w) {
       const float a = w * (1 - fy), b = w * fy;
