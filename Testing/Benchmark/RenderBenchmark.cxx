@@ -1,6 +1,7 @@
 #include "Microbenchmarks.h"
 #include "Scene.h"
 
+#include "Core/Alignment/TrilinearRows.h"
 #include "Core/Base/Random.h"
 #include "Core/Image/CubicConvolution.h"
 #include "Core/Render/Render.h"
@@ -66,6 +67,27 @@ void cubicRows(benchmark::State& state, const CubicConvolution& kernels) {
       benchmark::Counter(kRow * kRows, benchmark::Counter::kIsIterationInvariantRate);
 }
 
+/// Rows as of a tilted slice that is registered, through the residual grid; one thread.
+void trilinearRowsOf(benchmark::State& state, const TrilinearRows& kernels, bool transposed) {
+  constexpr int kRow = 64, kRows = 64;
+  const Volume& residual = scene().field.residual;
+  std::vector<float> volume = residual.voxels, values(kRow, 1.f);
+  PointRow row{residual.geometry.size, {}, {0.8F, 0.04F, -0.02F}};
+  for (auto _ : state)
+    for (int r = 0; r < kRows; ++r) {
+      const float middle[] = {-26, 0.8F * static_cast<float>(r - kRows / 2), 0.01F * static_cast<float>(r)};
+      for (int a = 0; a < 3; ++a)
+        row.start[a] = 0.5F * static_cast<float>(row.size[a]) + middle[a];
+      if (transposed)
+        kernels.add(values.data(), row, 1e-6F, 0, kRow, 0, row.size[2], volume.data());
+      else
+        kernels.read(volume.data(), row, 1e-6F, 0, kRow, values.data());
+      benchmark::ClobberMemory();
+    }
+  state.counters["points_per_second"] =
+      benchmark::Counter(kRow * kRows, benchmark::Counter::kIsIterationInvariantRate);
+}
+
 } // namespace
 
 void registerRenderBenchmarks() {
@@ -82,6 +104,11 @@ void registerRenderBenchmarks() {
   calls(benchmark::RegisterBenchmark("points", points)->ArgName("points")->Arg(1)->Arg(100000), 9);
   for (const CubicConvolution& set : cubicConvolutions())
     steady(benchmark::RegisterBenchmark(("cubic_convolution/" + set.name).c_str(), cubicRows, set));
+  for (const TrilinearRows& set : trilinearRows()) {
+    steady(benchmark::RegisterBenchmark(("trilinear_rows/" + set.name).c_str(), trilinearRowsOf, set, false));
+    steady(benchmark::RegisterBenchmark(("trilinear_rows_transposed/" + set.name).c_str(), trilinearRowsOf,
+                                        set, true));
+  }
 }
 
 } // namespace innergs::bench
