@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::int64_t kFewestPixels = 200;                                // of a slice, to be registered
 constexpr double kPriorShift = 6, kPriorTurn = 6 * std::numbers::pi / 180; // mm, radians: σ of the motion
+constexpr double kPriorGain = 0.5;                                         // σ of the gain's logarithm
 
 /// Where the header puts the middle of the slice.
 Vec3 headerCentre(const PlacedSlice& s) {
@@ -143,6 +144,10 @@ void registerPacket(const Packet& packet, const SliceOperator& op, const std::ve
     const Vec3 shifted = pose(centre) - centre;
     cost += spread * (dot(shifted, shifted) / (kPriorShift * kPriorShift) +
                       dot(turned, turned) / (kPriorTurn * kPriorTurn));
+    // And no gain, or the values of a nearly empty slice would take any.
+    const double gainPrior = scales ? spread / (kPriorGain * kPriorGain) : 0;
+    for (const PlacedSlice& slice : moved)
+      cost += gainPrior * std::log(slice.gain) * std::log(slice.gain);
     if (cost < best) {
       best = cost;
       for (std::size_t n = 0; n < count; ++n) {
@@ -155,6 +160,11 @@ void registerPacket(const Packet& packet, const SliceOperator& op, const std::ve
         sum.gradient[a] -= spread * shifted[a] / (kPriorShift * kPriorShift);
         sum.at(3 + a, 3 + a) += spread / (kPriorTurn * kPriorTurn);
         sum.gradient[3 + a] -= spread * turned[a] / (kPriorTurn * kPriorTurn);
+      }
+      for (int n = 0; n < static_cast<int>(count); ++n) {
+        const int a = kPoseParameters + n;
+        sum.at(a, a) += gainPrior;
+        sum.gradient[a] -= gainPrior * std::log(moved[n].gain);
       }
       equations = std::move(sum);
     } else {
@@ -176,7 +186,7 @@ void registerPacket(const Packet& packet, const SliceOperator& op, const std::ve
     const Affine3 next = rigidAbout(packet.front()->pose(centre), turn, shift) * packet.front()->pose;
     for (std::size_t n = 0; n < count; ++n) {
       moved[n].pose = next;
-      moved[n].gain = packet[n]->gain * (1 + std::clamp(b[kPoseParameters + n], -0.2, 0.2));
+      moved[n].gain = packet[n]->gain * std::exp(std::clamp(b[kPoseParameters + n], -0.2, 0.2));
     }
   }
 }

@@ -186,24 +186,34 @@ struct Work {
   }
 };
 
+/// The sum of a slice's squared values.
+double energyOf(const PlacedSlice& slice) {
+  double sum = 0;
+  for (const float value : slice.values)
+    if (!std::isnan(value)) sum += static_cast<double>(value) * value;
+  return sum;
+}
+
 /// Removes the mean motion and gain from all, so that the frame stays that of the input.
 void fixFrame(std::vector<std::vector<PlacedSlice>>& slices, const Vec3& centre) {
   Vec3 shift{}, turn{};
-  double weights = 0, gain = 0;
+  double weights = 0, gain = 0, energies = 0;
   for (const auto& stack : slices)
     for (const PlacedSlice& s : stack) {
       const double w = s.weight * static_cast<double>(s.observed);
       shift = shift + w * (s.pose(centre) - centre);
       turn = turn + w * rotationVector(s.pose.linear);
-      gain += w * std::log(s.gain);
       weights += w;
+      const double energy = s.weight * energyOf(s); // nearly empty slices say nothing about gains
+      gain += energy * std::log(s.gain);
+      energies += energy;
     }
   if (weights == 0) return;
   const Affine3 back = inverse(rigidAbout(centre, (1 / weights) * turn, (1 / weights) * shift));
   for (auto& stack : slices)
     for (PlacedSlice& s : stack) {
       s.pose = back * s.pose;
-      s.gain *= std::exp(-gain / weights);
+      if (energies > 0) s.gain *= std::exp(-gain / energies);
     }
 }
 

@@ -46,9 +46,11 @@ bool hasThickSlices(const Stack& stack);
 /// Finds one rigid transform per slice or packet of slices, and one gain per slice. Each stack's slices are
 /// registered to the volume that all other stacks show, fitted to their current positions through their slice
 /// profiles (fitVolume), stack after stack, coarse to fine: Gauss-Newton with analytic gradients of what the
-/// slice sees of the volume, robust by Cauchy's weights; slices that fit nowhere get weight 0. The mean
-/// motion is zero, so the result stays in the frame of the input. Volumes reach as far as observed voxels do.
-/// Needs at least two stacks without poses. Bit-identical for any number of threads. Throws Error(Cancelled).
+/// slice sees of the volume, robust by Cauchy's weights, with priors of no motion (σ: 6 mm, 6°) and no gain
+/// (σ of its logarithm: 0.5); slices that fit nowhere get weight 0. The mean motion is zero and so is the
+/// mean logarithm of gains, weighed by squared values, so the result keeps the frame and scale of the input.
+/// Volumes reach as far as observed voxels do. Needs at least two stacks without poses. Bit-identical for any
+/// number of threads. Throws Error(Cancelled).
 SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan& plan, ThreadPool& pool,
                             const std::function<void(double)>& progress = {});
 

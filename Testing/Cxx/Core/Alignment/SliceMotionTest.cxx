@@ -333,6 +333,35 @@ TEST(SliceMotion, LeavesStillSlicesAlone) {
     }
 }
 
+/// Boxes of labels 1 to 117 in air.
+Volume labelBoxes(std::int64_t width) {
+  Volume labels = testing::headPhantom(width);
+  std::fill(labels.voxels.begin(), labels.voxels.end(), 0.f);
+  Random random(5);
+  const auto upTo = [&](double most) { return static_cast<std::int64_t>(most * random.uniform()); };
+  for (int n = 0; n < 40; ++n) {
+    const std::int64_t side = 3 + upTo(8), room = width - side - 8;
+    const std::int64_t from[] = {4 + upTo(room), 4 + upTo(room), 4 + upTo(room)};
+    const auto label = static_cast<float>(1 + upTo(117));
+    for (std::int64_t k = from[2]; k < from[2] + side; ++k)
+      for (std::int64_t j = from[1]; j < from[1] + side; ++j)
+        std::fill_n(labels.voxels.begin() + (k * width + j) * width + from[0], side, label);
+  }
+  return labels;
+}
+
+TEST(SliceMotion, NeverLetsGainsOfNearlyEmptySlicesRunAway) {
+  const Volume labels = labelBoxes(kWidth);
+  const std::vector<Stack> stacks{simulateThickStack(labels, 2, 4), simulateThickStack(labels, 1, 4)};
+  ThreadPool pool(2);
+  const SliceMotion motion = findSliceMotion(stacks, {true}, pool);
+  for (const auto& slices : motion.slices)
+    for (const SlicePose& pose : slices) {
+      EXPECT_GT(pose.gain, 0.4);
+      EXPECT_LT(pose.gain, 2.5);
+    }
+}
+
 TEST(SliceMotion, LeavesOutASliceThatFitsNowhere) {
   ThreadPool pool(2);
   std::vector<Stack> stacks = withoutPoses(movingScans(3, 2));
