@@ -1,11 +1,12 @@
 #include "Core/Acquisition/BackProjection.h"
 
 #include "Core/Acquisition/Observation.h"
+#include "Core/Acquisition/ProjectToStack.h"
 #include "Core/Image/AlignedSampler.h"
-#include "Core/Image/CubicConvolution.h"
 #include "Core/Image/WienerFilter.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -17,15 +18,6 @@ namespace {
 constexpr double kMostPixels = 1.25;
 constexpr std::int64_t kPerTask = 1 << 14; // values
 constexpr double kNoiseShare = 0.1;        // of the noise, below which differences are not worth an iteration
-
-/// Sub-planes no further apart than the volume's own spacing along the normal: exact for a box that spans
-/// whole voxels.
-ProfileQuadrature subPlanes(const Stack& stack, const GridGeometry& volume) {
-  const Vec3 along = transpose(volume.direction) * column(stack.image.geometry.direction, 2);
-  const double step =
-      1 / norm({along[0] / volume.spacing[0], along[1] / volume.spacing[1], along[2] / volume.spacing[2]});
-  return profileQuadrature(stack.profile, effectiveThickness(stack), step);
-}
 
 struct Residual {
   const Stack* stack;
@@ -145,112 +137,7 @@ private:
   std::vector<double> sums_, weights_;
 };
 
-/// projectToStack() onto slices whose sub-planes are voxels of the volume; nothing for others.
-std::optional<std::vector<float>> projectAligned(const Volume& volume, const Stack& stack,
-                                                 const ProfileQuadrature& planes, ThreadPool& pool) {
-  const GridGeometry& g = stack.image.geometry;
-  const Affine3 toVolume = inverse(volume.geometry.indexToWorld());
-  const Affine3 map = toVolume * g.indexToWorld();
-  const Vec3 normal = toVolume.linear * column(g.direction, 2); // voxels per mm
-  std::vector<AlignedSampler> samplers;                         // one per plane
-  for (const double offset : planes.offset) {
-    auto sampler =
-        AlignedSampler::between(g.size, {map.linear, map.offset + offset * normal}, volume.geometry);
-    if (!sampler || !sampler->onVoxels()) return {};
-    samplers.push_back(std::move(*sampler));
-  }
-  std::vector<float> out(static_cast<std::size_t>(g.voxelCount()));
-  pool.run(g.size[1] * g.size[2], [&](std::int64_t row) {
-    std::vector<double> sum(static_cast<std::size_t>(g.size[0]), 0.0), weights = sum;
-    for (std::size_t p = 0; p < samplers.size(); ++p) {
-      const double weight = planes.weight[p];
-      double *sums = sum.data(), *counts = weights.data();
-      samplers[p].row(volume.voxels.data(), row % g.size[1], row / g.size[1],
-                      [=](std::int64_t i, float value) {
-                        sums[i] += weight * value;
-                        counts[i] += weight;
-                      });
-    }
-    for (std::int64_t i = 0; i < g.size[0]; ++i) {
-      const auto v = static_cast<std::size_t>(row * g.size[0] + i);
-      const bool seen = weights[i] > 0 && (stack.observed.empty() || stack.observed[v]);
-      out[v] = seen ? static_cast<float>(sum[i] / weights[i]) : std::numeric_limits<float>::quiet_NaN();
-    }
-  });
-  return out;
-}
-
 } // namespace
-
-namespace {
-
-/// projectToStack() through the middles of the pixels.
-std::vector<float> projectToPoints(const Volume& volume, const Stack& stack, ThreadPool& pool, float keys) {
-  const GridGeometry& g = stack.image.geometry;
-  const auto& n = volume.geometry.size;
-  const Affine3 toVolume = inverse(volume.geometry.indexToWorld());
-  const ProfileQuadrature planes = subPlanes(stack, volume.geometry);
-  if (stack.poses.empty())
-    if (auto aligned = projectAligned(volume, stack, planes, pool)) return std::move(*aligned);
-  std::vector<float> out(static_cast<std::size_t>(g.voxelCount()));
-  const CubicConvolution& cubic = cubicConvolutions().front();
-  pool.run(g.size[1] * g.size[2], [&](std::int64_t row) {
-    const std::int64_t j = row % g.size[1], k = row / g.size[1];
-    const Affine3 pose = stack.poses.empty() ? Affine3{} : stack.poses[k];
-    const Affine3 stackToVolume = toVolume * pose * g.indexToWorld();
-    const Vec3 normal = (toVolume.linear * pose.linear) * column(g.direction, 2); // voxels per mm
-    const Vec3 first = stackToVolume({0, static_cast<double>(j), static_cast<double>(k)}),
-               step = column(stackToVolume.linear, 0);
-    const auto width = static_cast<int>(g.size[0]);
-    std::vector<double> sums(static_cast<std::size_t>(width), 0.0), weights = sums;
-    std::vector<float> values(static_cast<std::size_t>(width));
-    for (std::size_t p = 0; p < planes.offset.size(); ++p) {
-      const Vec3 start = first + planes.offset[p] * normal;
-      std::fill(values.begin(), values.end(), 0.F);
-      cubic.add(volume, start, step, keys, 0, width, values.data());
-      for (int i = 0; i < width; ++i) {
-        const Vec3 x = start + static_cast<double>(i) * step;
-        bool inside = true;
-        for (int a = 0; a < 3; ++a)
-          inside = inside && x[a] >= -0.5 - kIndexRounding &&
-                   x[a] <= static_cast<double>(n[a]) - 0.5 + kIndexRounding;
-        if (!inside) continue;
-        sums[i] += planes.weight[p] * values[i];
-        weights[i] += planes.weight[p];
-      }
-    }
-    for (int i = 0; i < width; ++i) {
-      const auto v = static_cast<std::size_t>(row * width + i);
-      const bool seen = weights[i] > 0 && (stack.observed.empty() || stack.observed[v]);
-      out[v] = seen ? static_cast<float>(sums[i] / weights[i]) : std::numeric_limits<float>::quiet_NaN();
-    }
-  });
-  return out;
-}
-
-} // namespace
-
-std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool, float keys) {
-  const GridGeometry& g = stack.image.geometry;
-  const std::vector<PixelPoint> points = pixelPoints(
-      pixelQuadrature(stack.profile, stack.pixelWidth, volume.geometry.finestSpacing()), g.spacing);
-  if (points.size() == 1) return projectToPoints(volume, stack, pool, keys);
-  std::vector<float> sums(static_cast<std::size_t>(g.voxelCount()), 0.f), weights = sums;
-  Stack moved = stack;
-  for (const PixelPoint& point : points) {
-    moved.image.geometry.origin = g.indexToWorld()({point.offset[0], point.offset[1], 0});
-    const std::vector<float> seen = projectToPoints(volume, moved, pool, keys);
-    const auto weight = static_cast<float>(point.weight);
-    for (std::size_t v = 0; v < seen.size(); ++v) {
-      if (!std::isfinite(seen[v])) continue;
-      sums[v] += weight * seen[v];
-      weights[v] += weight;
-    }
-  }
-  for (std::size_t v = 0; v < sums.size(); ++v)
-    sums[v] = weights[v] > 0 ? sums[v] / weights[v] : std::numeric_limits<float>::quiet_NaN();
-  return sums;
-}
 
 std::vector<double> spreadingWeights(SliceProfile profile, double thickness, double most) {
   if (profile != SliceProfile::Box || thickness <= most + 1e-6) return {1};
@@ -269,21 +156,30 @@ double backProject(Volume& volume, std::span<const Stack> stacks, const BackProj
                    ThreadPool& pool) {
   const auto& n = volume.geometry.size;
   double rms = 0;
-  std::vector<std::vector<float>> wanted; // of each stack
+  std::vector<std::vector<float>> wanted; // of each stack; none: its voxels
   for (int iteration = 0; iteration < plan.iterations; ++iteration) {
     std::vector<Residual> residuals;
     double squares = 0, wantedSquares = 0, count = 0;
     for (std::size_t s = 0; s < stacks.size(); ++s) {
       Residual r = residualOf(volume, stacks[s], pool);
-      if (iteration == 0)
-        wanted.push_back(plan.noise > 0 ? denoised(stacks[s], r.voxels, plan.noise, pool)
-                                        : stacks[s].image.voxels);
-      for (std::size_t v = 0; v < r.voxels.size(); ++v) {
-        const float d = wanted[s][v] - r.voxels[v], whole = stacks[s].image.voxels[v] - r.voxels[v];
-        const bool known = std::isfinite(d);
-        r.voxels[v] = known ? d : 0;
-        wantedSquares += known ? static_cast<double>(d) * d : 0;
-        squares += known ? static_cast<double>(whole) * whole : 0;
+      if (iteration == 0 && plan.noise > 0) wanted.push_back(denoised(stacks[s], r.voxels, plan.noise, pool));
+      const std::vector<float>& given = stacks[s].image.voxels;
+      const std::vector<float>& met = plan.noise > 0 ? wanted[s] : given;
+      const std::int64_t slices = stacks[s].image.geometry.size[2], plane = std::ssize(r.voxels) / slices;
+      std::vector<std::array<double, 3>> sums(static_cast<std::size_t>(slices));
+      pool.run(slices, [&](std::int64_t k) {
+        for (std::int64_t v = k * plane; v < (k + 1) * plane; ++v) {
+          const float d = met[v] - r.voxels[v], whole = given[v] - r.voxels[v];
+          const bool known = std::isfinite(d);
+          r.voxels[v] = known ? d : 0;
+          sums[k][0] += known ? static_cast<double>(d) * d : 0;
+          sums[k][1] += known ? static_cast<double>(whole) * whole : 0;
+          sums[k][2] += known;
+        }
+      });
+      for (const auto& [left, all, known] : sums) {
+        wantedSquares += left;
+        squares += all;
         count += known;
       }
       spread(r.voxels, stacks[s], pool);
@@ -299,6 +195,14 @@ double backProject(Volume& volume, std::span<const Stack> stacks, const BackProj
             AlignedSampler::between(n, residuals[s].gridToIndex.front(), residuals[s].stack->image.geometry);
     pool.run(n[1] * n[2], [&](std::int64_t row) {
       const std::int64_t j = row % n[1], k = row / n[1];
+      float* out = volume.voxels.data() + row * n[0];
+      const float low = plan.range.low, high = plan.range.high;
+      if (residuals.size() == 1 && aligned.front()) { // each point has one difference or none
+        aligned.front()->row(residuals.front().voxels.data(), j, k, [=](std::int64_t i, float value) {
+          out[i] = std::clamp(out[i] + value, low, high);
+        });
+        return;
+      }
       std::vector<float> sum(static_cast<std::size_t>(n[0]), 0.f), weight = sum;
       const auto add = [sums = sum.data(), weights = weight.data()](std::int64_t i, float value) {
         sums[i] += value;
@@ -321,9 +225,8 @@ double backProject(Volume& volume, std::span<const Stack> stacks, const BackProj
             add(i, value);
         }
       }
-      float* out = volume.voxels.data() + row * n[0];
       for (std::int64_t i = 0; i < n[0]; ++i)
-        if (weight[i] > 0) out[i] = std::clamp(out[i] + sum[i] / weight[i], plan.range.low, plan.range.high);
+        if (weight[i] > 0) out[i] = std::clamp(out[i] + sum[i] / weight[i], low, high);
     });
   }
   return rms;

@@ -1,18 +1,11 @@
 #pragma once
 #include "Core/Base/Parallel.h"
-#include "Core/Image/CubicConvolution.h"
 #include "Core/Image/Stack.h"
 
 #include <limits>
 #include <span>
 
 namespace innergs {
-
-/// The volume as the stack's scanner would see it: integrated over the slice profile along the stack's
-/// normal, and over the pixels' width, at the stack's voxels, by cubic convolution with this parameter. NaN
-/// where all of that lies outside the volume and where the stack is not observed.
-std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool,
-                                  float keys = kKeys);
 
 /// Weights of neighbouring slices, from −n to n, with which differences are spread over them before they are
 /// back-projected: {1}, but the slices' profile where thick boxes overlap so far that it inverts the finest

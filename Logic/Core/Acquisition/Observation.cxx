@@ -32,7 +32,8 @@ double distanceOfPlanes(const Stack& stack) {
   const GridGeometry& g = stack.image.geometry;
   const double pixel = std::min(g.spacing[0], g.spacing[1]), thickness = effectiveThickness(stack);
   constexpr double kPosed = 1.25; // pixels, at most
-  return stack.poses.empty() ? pixel : std::max(pixel, thickness / std::ceil(thickness / (kPosed * pixel) - 1e-3));
+  return stack.poses.empty() ? pixel
+                             : std::max(pixel, thickness / std::ceil(thickness / (kPosed * pixel) - 1e-3));
 }
 
 /// Repeats the sub-planes for every point of a pixel.

@@ -10,9 +10,9 @@ constexpr double kRounding = 1e-6; // of index maps, voxels
 
 } // namespace
 
-std::optional<AlignedSampler> AlignedSampler::between(const std::array<std::int64_t, 3>& points,
-                                                      const Affine3& map, const GridGeometry& grid) {
-  AlignedSampler sampler;
+std::optional<std::array<int, 3>> parallelAxes(const std::array<std::int64_t, 3>& points,
+                                               const Affine3& map) {
+  std::array<int, 3> axes{};
   std::array<bool, 3> taken{};
   for (int b = 0; b < 3; ++b) {
     const Vec3 way = column(map.linear, b);
@@ -23,13 +23,25 @@ std::optional<AlignedSampler> AlignedSampler::between(const std::array<std::int6
       if (a != axis && !(std::abs(way[a]) * static_cast<double>(points[b]) < 0.1 * kRounding)) return {};
     if (taken[axis]) return {};
     taken[axis] = true;
+    axes[b] = axis;
+  }
+  return axes;
+}
+
+std::optional<AlignedSampler> AlignedSampler::between(const std::array<std::int64_t, 3>& points,
+                                                      const Affine3& map, const GridGeometry& grid) {
+  const auto axes = parallelAxes(points, map);
+  if (!axes) return {};
+  AlignedSampler sampler;
+  for (int b = 0; b < 3; ++b) {
+    const int axis = (*axes)[b];
     std::int64_t stride = 1;
     for (int a = 0; a < axis; ++a)
       stride *= grid.size[a];
     const auto last = static_cast<double>(grid.size[axis] - 1);
     sampler.along_[b].resize(static_cast<std::size_t>(points[b]));
     for (std::int64_t i = 0; i < points[b]; ++i) {
-      double x = way[axis] * static_cast<double>(i) + map.offset[axis];
+      double x = map.linear[axis][b] * static_cast<double>(i) + map.offset[axis];
       const double nearest = std::round(x);
       if (std::abs(x - nearest) < kRounding) x = nearest;
       Position& p = sampler.along_[b][i];
@@ -51,12 +63,6 @@ std::optional<AlignedSampler> AlignedSampler::between(const std::array<std::int6
   for (auto p = first; p != end; ++p)
     sampler.contiguous_ = sampler.contiguous_ && p->fraction == 0 && p->offset == first->offset + (p - first);
   return sampler;
-}
-
-bool AlignedSampler::onVoxels() const {
-  return std::all_of(along_.begin(), along_.end(), [](const std::vector<Position>& points) {
-    return std::all_of(points.begin(), points.end(), [](const Position& p) { return p.fraction == 0; });
-  });
 }
 
 } // namespace innergs

@@ -6,6 +6,9 @@
 
 namespace innergs {
 
+/// For each axis of `points`, the axis that it is parallel to under a map of indices. Nothing unless all are.
+std::optional<std::array<int, 3>> parallelAxes(const std::array<std::int64_t, 3>& points, const Affine3& map);
+
 /// Trilinear samples of a grid at the points of another grid whose axes are parallel to its own, in any order
 /// and direction. The same values as those of sampleInside(), at a fraction of the time.
 class AlignedSampler {
@@ -13,9 +16,6 @@ public:
   /// `map`: from the points' indices to the grid's. Nothing unless the axes are parallel.
   static std::optional<AlignedSampler> between(const std::array<std::int64_t, 3>& points, const Affine3& map,
                                                const GridGeometry& grid);
-
-  /// Whether all points inside are voxel centres.
-  bool onVoxels() const;
 
   /// Calls use(i, value) for the points (i, j, k) of a row that lie inside the grid's box of voxel edges.
   /// `voxels`: in the grid's memory order.

@@ -58,6 +58,8 @@ struct Samples {
 };
 
 constexpr std::size_t kFewest = 200;
+constexpr std::int64_t kEnough = 1'000'000; // voxels: some rows and slices are left out of more
+constexpr std::int64_t kFewestSlices = 16;  // of which all rows are looked at first
 
 bool allInside(std::span<const std::uint8_t> mask, std::int64_t centre, std::int64_t width,
                std::int64_t step) {
@@ -89,12 +91,14 @@ float ownDifference(const Volume& volume, std::span<const std::uint8_t> mask, st
                             kWhite);
 }
 
-Samples collect(const Volume& volume, std::span<const std::uint8_t> mask, double threshold,
-                std::int64_t sliceStep, bool withOwn) {
+Samples collect(const Volume& volume, std::span<const std::uint8_t> mask, double threshold, bool withOwn) {
   const auto& n = volume.geometry.size;
+  const std::int64_t step = std::max<std::int64_t>(1, volume.geometry.voxelCount() / kEnough),
+                     sliceStep = std::min(step, std::max<std::int64_t>(1, n[2] / kFewestSlices)),
+                     rowStep = std::max<std::int64_t>(1, step / sliceStep);
   Samples samples;
   for (std::int64_t k = 0; k < n[2]; k += sliceStep)
-    for (std::int64_t j = 2; j + 2 < n[1]; ++j)
+    for (std::int64_t j = 2; j + 2 < n[1]; j += rowStep)
       for (std::int64_t i = 2; i + 2 < n[0]; ++i) {
         const std::int64_t centre = i + n[0] * (j + n[1] * k), w = n[0];
         if (!mask.empty() && !(allInside(mask, centre, w, 1) && allInside(mask, centre, w, 2))) continue;
@@ -145,10 +149,8 @@ SecondDifferences secondDifferences(const Volume& volume, std::span<const std::u
                                     bool withOwnShare = false) {
   const auto& n = volume.geometry.size;
   if (n[0] < 5 || n[1] < 5 || !hasThreeValues(volume.voxels)) return {};
-  const std::int64_t sliceStep = std::max<std::int64_t>(1, volume.geometry.voxelCount() / 4'000'000);
   // Above Otsu's threshold: the noise in air is Rician, with a different deviation.
-  auto [samples, constant] =
-      collect(volume, mask, thresholdInside(volume.voxels, mask), sliceStep, withOwnShare);
+  auto [samples, constant] = collect(volume, mask, thresholdInside(volume.voxels, mask), withOwnShare);
   if (constant > samples.size()) return {};
   if (!mask.empty() && samples.size() < kFewest)
     return secondDifferences(volume, {}, withOwnShare); // too few: uses the whole scan

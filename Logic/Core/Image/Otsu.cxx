@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <vector>
 
@@ -16,17 +17,22 @@ constexpr double kLeastForeground = 0.01; // of the finite values
 
 double otsuThreshold(std::span<const float> values) {
   float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
-  for (float v : values)
-    if (std::isfinite(v)) {
-      low = std::min(low, v);
-      high = std::max(high, v);
-    }
+  for (const float v : values) { // NaN compares false
+    low = v < low && v >= std::numeric_limits<float>::lowest() ? v : low;
+    high = v > high && v <= std::numeric_limits<float>::max() ? v : high;
+  }
   if (!(low < high)) return low;
   constexpr int bins = 256;
-  std::array<double, bins> histogram{};
+  std::array<std::array<std::int64_t, bins>, 4>
+      counts{}; // neighbours are often alike: not one after the other
   const double width = (double(high) - low) / bins;
-  for (float v : values)
-    if (std::isfinite(v)) ++histogram[std::min(bins - 1, static_cast<int>((double(v) - low) / width))];
+  for (std::size_t n = 0; n < values.size(); ++n)
+    if (std::isfinite(values[n]))
+      ++counts[n % 4][std::min(bins - 1, static_cast<int>((double(values[n]) - low) / width))];
+  std::array<double, bins> histogram{};
+  for (int b = 0; b < bins; ++b)
+    for (const auto& part : counts)
+      histogram[b] += static_cast<double>(part[b]);
 
   double total = 0, moment = 0;
   for (int b = 0; b < bins; ++b) {
@@ -57,16 +63,18 @@ double foregroundThreshold(std::span<const float> values) {
   const auto finite = std::count_if(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
   std::vector<float> below;
   while (true) {
-    std::vector<float> left;
-    for (const float v : below.empty() ? values : std::span<const float>(below))
-      if (v <= threshold) left.push_back(v);
-    const auto above = finite - static_cast<std::int64_t>(left.size());
-    if (left.empty() || static_cast<double>(above) >= kLeastForeground * static_cast<double>(finite))
+    const std::span<const float> all = below.empty() ? values : std::span<const float>(below);
+    const auto isLeft = [threshold](float v) { return v <= threshold; };
+    const auto left = std::count_if(all.begin(), all.end(), isLeft);
+    if (left == 0 || static_cast<double>(finite - left) >= kLeastForeground * static_cast<double>(finite))
       return threshold;
-    const double next = otsuThreshold(left);
-    if (!(next < *std::max_element(left.begin(), left.end()))) return threshold; // what is left is constant
+    std::vector<float> rest;
+    rest.reserve(static_cast<std::size_t>(left));
+    std::copy_if(all.begin(), all.end(), std::back_inserter(rest), isLeft);
+    const double next = otsuThreshold(rest);
+    if (!(next < *std::max_element(rest.begin(), rest.end()))) return threshold; // what is left is constant
     threshold = next;
-    below.swap(left);
+    below.swap(rest);
   }
 }
 

@@ -1,6 +1,7 @@
 #include "Core/Job/ResidualRefinement.h"
 
 #include "Core/Acquisition/BackProjection.h"
+#include "Core/Acquisition/ProjectToStack.h"
 #include "Core/Image/WienerFilter.h"
 #include "Core/Prediction/PredictionNoise.h"
 

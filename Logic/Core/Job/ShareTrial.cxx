@@ -1,6 +1,6 @@
 #include "Core/Job/ShareTrial.h"
 
-#include "Core/Acquisition/BackProjection.h"
+#include "Core/Acquisition/ProjectToStack.h"
 #include "Core/Image/Simulate.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Uncertainty/LocalDetail.h"

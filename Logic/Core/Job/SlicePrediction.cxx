@@ -1,6 +1,7 @@
 #include "Core/Job/SlicePrediction.h"
 
 #include "Core/Acquisition/BackProjection.h"
+#include "Core/Acquisition/ProjectToStack.h"
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Fit/Plan.h"

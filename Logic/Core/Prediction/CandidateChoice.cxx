@@ -25,6 +25,7 @@ constexpr double kFine = 1.5;                                          // minimu
 constexpr double kLevel = 0.1;                                         // weight of the errors' size
 constexpr int kSteps = 20;                                             // divisions of a share
 constexpr int kBackProjections = 12;
+constexpr float kNegligible = 1e-6F; // weight of a slice
 
 /// Samples along an axis: value[n·width + line].
 struct Lines {
@@ -198,26 +199,28 @@ Guesses guessesBy(const Weights& weights, const Lines& low) {
   return guess;
 }
 
-/// The candidates' errors on slices held out from their neighbours, alternating between even and odd ones.
-Errors heldOutErrors(const Lines& slices, const SliceView& view, double blur) {
+/// The candidates' errors on the odd (phase 0) or the even slices (phase 1), held out from the others.
+Errors heldOutErrors(const Lines& slices, const SliceView& view, double blur, std::int64_t phase) {
   // Here the kriging must predict the slices themselves, not the signal that they see.
   const double profileVariance = view.profile == SliceProfile::Point ? 0
                                  : view.profile == SliceProfile::Box
                                      ? view.thickness * view.thickness / 12
                                      : view.thickness * view.thickness / (8 * std::numbers::ln2);
   const double seenBlur = std::sqrt(blur * blur + profileVariance);
-  Errors errors;
-  for (std::int64_t phase = 0; phase < 2; ++phase) {
-    const Lines kept = decimated(slices, 2, phase);
-    if (kept.length < 3) continue;
-    std::vector<double> at;
-    for (std::int64_t n = 0; n < slices.length; ++n)
-      at.push_back(0.5 * static_cast<double>(n - phase));
-    const Guesses guess = guessesBy(weightsFrom(kept.length, at, {}, 0.5 * seenBlur), kept);
-    errors.add(errorsOf(slices, guess, [&](std::int64_t n) {
-      return (n - phase) % 2 != 0 && n > phase && n < phase + 2 * (kept.length - 1);
-    }));
-  }
+  const Lines kept = decimated(slices, 2, phase);
+  if (kept.length < 3) return {};
+  std::vector<double> at;
+  for (std::int64_t n = 0; n < slices.length; ++n)
+    at.push_back(0.5 * static_cast<double>(n - phase));
+  const Guesses guess = guessesBy(weightsFrom(kept.length, at, {}, 0.5 * seenBlur), kept);
+  return errorsOf(slices, guess, [&](std::int64_t n) {
+    return (n - phase) % 2 != 0 && n > phase && n < phase + 2 * (kept.length - 1);
+  });
+}
+
+Errors heldOutErrors(const Lines& slices, const SliceView& view, double blur) {
+  Errors errors = heldOutErrors(slices, view, blur, 0);
+  errors.add(heldOutErrors(slices, view, blur, 1));
   return errors;
 }
 
@@ -344,28 +347,73 @@ void degrade(const Lines& image, const Stack& stack, double sample, Simulation& 
   result.images.push_back(std::move(d));
 }
 
-/// The errors of interpolation, and of back-projection where slices are thick.
-void addErrors(const Degraded& d, const Weights& weights, Errors& plain, Errors& projected) {
-  const bool thick = d.profile.size() > 1;
-  Guesses guess = guessesBy(weights, d.low);
-  const auto counts = [&](std::int64_t n) { return thick || n % d.factor != 0; };
-  plain.add(errorsOf(d.truth, guess, counts));
-  if (!thick) return;
+/// For lines of one length: the candidates as they are, and with back-projection, which is linear too, where
+/// slices are thick.
+struct LineWeights {
+  Weights plain, projected;
+};
+
+/// The same interpolation, followed by back-projection.
+SliceWeights projected(const SliceWeights& weights, const Degraded& d, std::span<const double> spreading,
+                       const SliceWeights& linear) {
+  const std::int64_t n = d.low.length;
+  Lines single; // one line per slice, which alone is 1 in it
+  single.length = single.width = n;
+  single.value.assign(static_cast<std::size_t>(n * n), 0.f);
+  for (std::int64_t k = 0; k < n; ++k)
+    single.value[k * n + k] = 1;
+  std::vector<float> x = interpolated(single.value, n, weights);
+  backProjectLines(x, single, d.truth.length, d.profile, d.factor, spreading, linear);
+  SliceWeights result;
+  for (std::int64_t z = 0; z < d.truth.length; ++z) {
+    const float* row = x.data() + z * n;
+    std::int64_t first = 0, end = n;
+    while (first + 1 < end && std::abs(row[first]) < kNegligible)
+      ++first;
+    while (end - 1 > first && std::abs(row[end - 1]) < kNegligible)
+      --end;
+    result.first.push_back(first);
+    result.weight.emplace_back(row + first, row + end);
+  }
+  return result;
+}
+
+LineWeights lineWeights(const Degraded& d, double krigingBlur, int first = 0) {
+  LineWeights weights{weightsFrom(d.low.length, d.at, d.view, krigingBlur, first), {}};
+  if (d.profile.size() == 1) return weights;
   const SliceWeights linear =
       candidateWeights(Candidate::Linear, Kriging(0, SliceProfile::Point, 0), d.low.length, d.at);
   const std::vector<double> spreading = spreadingWeights(d.view.profile, d.view.thickness);
-  for (auto& x : guess)
-    if (!x.empty()) backProjectLines(x, d.low, d.truth.length, d.profile, d.factor, spreading, linear);
-  projected.add(errorsOf(d.truth, guess, counts));
+  for (int c = first; c < kCandidates; ++c)
+    if (!weights.plain[c].first.empty())
+      weights.projected[c] = projected(weights.plain[c], d, spreading, linear);
+  return weights;
+}
+
+/// The errors of interpolation, and of back-projection where slices are thick.
+void addErrors(const Degraded& d, const LineWeights& weights, Errors& plain, Errors& projected) {
+  const bool thick = d.profile.size() > 1;
+  const auto counts = [&](std::int64_t n) { return thick || n % d.factor != 0; };
+  plain.add(errorsOf(d.truth, guessesBy(weights.plain, d.low), counts));
+  if (thick) projected.add(errorsOf(d.truth, guessesBy(weights.projected, d.low), counts));
+}
+
+/// The weights for the images along each axis, which are of the same lengths in all simulations.
+std::vector<LineWeights> weightsOfAxes(const Simulation& any, double krigingBlur) {
+  std::vector<LineWeights> weights;
+  for (const Degraded& d : any.images)
+    weights.push_back(lineWeights(d, krigingBlur));
+  return weights;
 }
 
 /// Measures all candidates again. krigingBlur: in slice distances.
-void simulate(Simulation& s, double krigingBlur) {
+void simulate(Simulation& s, double krigingBlur, std::span<const LineWeights> weights) {
   s.plain = s.projected = s.heldOut = {};
   s.slopeSum = 0;
   s.slopes = 0;
-  for (const Degraded& d : s.images) {
-    addErrors(d, weightsFrom(d.low.length, d.at, d.view, krigingBlur), s.plain, s.projected);
+  for (std::size_t axis = 0; axis < s.images.size(); ++axis) {
+    const Degraded& d = s.images[axis];
+    addErrors(d, weights[axis], s.plain, s.projected);
     s.heldOut.add(heldOutErrors(d.low, d.view, krigingBlur));
     const double slope = slopeShare(d.low);
     s.slopeSum += slope;
@@ -470,8 +518,7 @@ double bestKrigingBlur(std::span<const Simulation> simulations, ThreadPool& pool
   pool.run(static_cast<std::int64_t>(errors.size()), [&](std::int64_t n) {
     const std::size_t axis = n % axes;
     const Degraded& any = simulations.front().images[axis]; // the geometry is that of all
-    const Weights weights =
-        weightsFrom(any.low.length, any.at, any.view, kKrigingBlurs[n / axes], static_cast<int>(k));
+    const LineWeights weights = lineWeights(any, kKrigingBlurs[n / axes], static_cast<int>(k));
     for (std::size_t s = 0; s < simulations.size(); ++s)
       addErrors(simulations[s].images[axis], weights, errors[n][s].plain, errors[n][s].projected);
   });
@@ -513,19 +560,26 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
   const Lines across = linesAcross(stack, complete, inside);
   const SliceView view{stack.profile, effectiveThickness(stack) / g.spacing[2]};
   const Lines within[2] = {linesWithin(stack, complete, inside, 0), linesWithin(stack, complete, inside, 1)};
-  Errors heldOut;
   double slope = 0;
   std::vector<Simulation> simulations(std::size(kBlurs));
-  pool.run(static_cast<std::int64_t>(simulations.size()) + 1, [&](std::int64_t n) {
-    if (n == 0) {
-      heldOut = heldOutErrors(across, view, 0);
+  pool.run(static_cast<std::int64_t>(simulations.size()),
+           [&](std::int64_t n) { simulations[n] = simulationOf(within, stack, kBlurs[n] * g.spacing[2]); });
+  std::vector<LineWeights> weights = weightsOfAxes(simulations.front(), 0);
+  std::array<Errors, 2> phases;
+  pool.run(static_cast<std::int64_t>(simulations.size()) + 3, [&](std::int64_t n) {
+    if (n < 2)
+      phases[n] = heldOutErrors(across, view, 0, n);
+    else if (n == 2)
       slope = slopeShare(across);
-    } else {
-      Simulation& s = simulations[n - 1];
-      s = simulationOf(within, stack, kBlurs[n - 1] * g.spacing[2]);
-      simulate(s, 0);
-    }
+    else
+      simulate(simulations[n - 3], 0, weights);
   });
+  const auto bothPhases = [&] {
+    Errors sum = phases[0];
+    sum.add(phases[1]);
+    return sum;
+  };
+  Errors heldOut = bothPhases();
   const bool shown = heldOut.samples >= kFewest;
   std::erase_if(simulations, [](const Simulation& s) { return s.plain.samples < kFewest; });
   if (simulations.empty()) {
@@ -550,13 +604,16 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
   }
   const double krigingBlur = bestKrigingBlur(simulations, pool);
   choice.krigingBlur = krigingBlur * g.spacing[2];
-  if (krigingBlur > 0)
-    pool.run(static_cast<std::int64_t>(simulations.size()) + 1, [&](std::int64_t n) {
-      if (n == 0)
-        heldOut = heldOutErrors(across, view, krigingBlur);
+  if (krigingBlur > 0) {
+    weights = weightsOfAxes(simulations.front(), krigingBlur);
+    pool.run(static_cast<std::int64_t>(simulations.size()) + 2, [&](std::int64_t n) {
+      if (n < 2)
+        phases[n] = heldOutErrors(across, view, krigingBlur, n);
       else
-        simulate(simulations[n - 1], krigingBlur);
+        simulate(simulations[n - 2], krigingBlur, weights);
     });
+    heldOut = bothPhases();
+  }
   if (shown) choice.heldOutError = rootsOf(heldOut.mean());
   const Simulation& nearest = simulations.front();
   choice.judged = true;

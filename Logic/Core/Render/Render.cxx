@@ -1,6 +1,6 @@
 #include "Core/Render/Render.h"
 
-#include "Core/Acquisition/BackProjection.h"
+#include "Core/Acquisition/ProjectToStack.h"
 #include "Core/Base/Error.h"
 #include "Core/Image/Region.h"
 #include "Core/Model/FieldValue.h"

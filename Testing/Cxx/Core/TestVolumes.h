@@ -29,6 +29,21 @@ inline GridGeometry grid(std::int64_t nx, std::int64_t ny, std::int64_t nz, cons
   return {{nx, ny, nz}, origin, spacing, direction};
 }
 
+/// 9×11×7 points in the frame of a volume's grid: axes permuted, reversed where asked, and shifted. step,
+/// origin: voxels of the volume.
+inline GridGeometry pointsOver(const GridGeometry& volume, const std::array<int, 3>& axes, const Vec3& step,
+                               const Vec3& origin) {
+  GridGeometry points;
+  points.size = {9, 11, 7};
+  for (int b = 0; b < 3; ++b) {
+    points.spacing[b] = std::abs(step[b]) * volume.spacing[axes[b]];
+    for (int row = 0; row < 3; ++row)
+      points.direction[row][b] = std::copysign(1.0, step[b]) * volume.direction[row][axes[b]];
+  }
+  points.origin = volume.indexToWorld()(origin);
+  return points;
+}
+
 /// value(i, j, k) at every voxel.
 template <typename Function>
 Volume volumeOf(const GridGeometry& geometry, Function value) {

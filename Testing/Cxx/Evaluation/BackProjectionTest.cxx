@@ -1,4 +1,5 @@
 #include "Core/Acquisition/BackProjection.h"
+#include "Core/Acquisition/ProjectToStack.h"
 #include "Evaluation/BackProjectionBaseline.h"
 
 #include "Core/Alignment/Rigid.h"

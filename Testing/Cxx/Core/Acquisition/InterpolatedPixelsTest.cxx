@@ -2,6 +2,7 @@
 
 #include "Alignment/HeadPhantom.h"
 #include "Core/Acquisition/BackProjection.h"
+#include "Core/Acquisition/ProjectToStack.h"
 #include "Core/Image/Simulate.h"
 #include "Core/Render/Render.h"
 #include "RandomFields.h"

@@ -1,6 +1,6 @@
 #include "Core/Alignment/SliceMotion.h"
 
-#include "Core/Acquisition/BackProjection.h"
+#include "Core/Acquisition/ProjectToStack.h"
 #include "Core/Alignment/Rigid.h"
 #include "Core/Alignment/SamplePlaces.h"
 #include "Core/Alignment/SliceVolume.h"

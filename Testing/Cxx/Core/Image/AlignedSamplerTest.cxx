@@ -10,24 +10,6 @@
 using namespace innergs;
 using namespace innergs::testing;
 
-namespace {
-
-/// The points' grid in the frame of the volume's: axes permuted, reversed where asked, and shifted.
-GridGeometry pointsOver(const GridGeometry& volume, const std::array<int, 3>& axes, const Vec3& step,
-                        const Vec3& origin) {
-  GridGeometry points;
-  points.size = {9, 11, 7};
-  for (int b = 0; b < 3; ++b) {
-    points.spacing[b] = std::abs(step[b]) * volume.spacing[axes[b]];
-    for (int row = 0; row < 3; ++row)
-      points.direction[row][b] = std::copysign(1.0, step[b]) * volume.direction[row][axes[b]];
-  }
-  points.origin = volume.indexToWorld()(origin);
-  return points;
-}
-
-} // namespace
-
 TEST(AlignedSampler, AgreesWithSampleInside) {
   const Volume volume =
       randomVolume(grid(6, 8, 7, {1, 1.5, 2}, {3, 2, 1}, obliqueDirection(0.5, true)), -50, 50);
@@ -65,18 +47,13 @@ TEST(AlignedSampler, AgreesWithSampleInside) {
   }
 }
 
-TEST(AlignedSampler, TellsVoxelsFromPointsBetweenThem) {
+TEST(AlignedSampler, FindsParallelAxes) {
   const GridGeometry volume = grid(9, 8, 7, {1, 1.5, 2}, {3, 2, 1}, obliqueDirection(0.5));
-  const auto onVoxels = [&](const Vec3& step, const Vec3& origin) {
-    const GridGeometry points = pointsOver(volume, {2, 0, 1}, step, origin);
-    return AlignedSampler::between(points.size, inverse(volume.indexToWorld()) * points.indexToWorld(),
-                                   volume)
-        ->onVoxels();
-  };
-  EXPECT_TRUE(onVoxels({1, 1, 1}, {0, 0, 0}));
-  EXPECT_TRUE(onVoxels({-1, 2, 1}, {-3, 2, 6}));
-  EXPECT_FALSE(onVoxels({1, 1, 1}, {0, 0.4, 0}));
-  EXPECT_FALSE(onVoxels({1, 0.5, 1}, {0, 0, 0}));
+  const Affine3 toIndex = inverse(volume.indexToWorld());
+  for (const std::array<int, 3>& axes : {std::array{0, 1, 2}, {2, 0, 1}, {1, 0, 2}}) {
+    const GridGeometry points = pointsOver(volume, axes, {-1, 0.5, 1}, {2, 0.4, 3});
+    EXPECT_EQ(parallelAxes(points.size, toIndex * points.indexToWorld()), axes);
+  }
 }
 
 TEST(AlignedSampler, LeavesOtherGridsAlone) {
@@ -84,4 +61,5 @@ TEST(AlignedSampler, LeavesOtherGridsAlone) {
                      turned = grid(6, 8, 7, {1, 1, 1}, {0, 0, 0}, obliqueDirection(0.01));
   const Affine3 map = inverse(volume.indexToWorld()) * turned.indexToWorld();
   EXPECT_FALSE(AlignedSampler::between(turned.size, map, volume));
+  EXPECT_FALSE(parallelAxes(turned.size, map));
 }

@@ -1,6 +1,6 @@
 #include "Core/Job/ShownProfiles.h"
 
-#include "Core/Acquisition/BackProjection.h"
+#include "Core/Acquisition/ProjectToStack.h"
 #include "JobInputs.h"
 #include "Prediction/SpherePhantom.h"
 

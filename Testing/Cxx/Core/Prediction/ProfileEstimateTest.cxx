@@ -1,6 +1,6 @@
 #include "Core/Prediction/ProfileEstimate.h"
 
-#include "Core/Acquisition/BackProjection.h"
+#include "Core/Acquisition/ProjectToStack.h"
 #include "Core/Image/Simulate.h"
 #include "SpherePhantom.h"
 
