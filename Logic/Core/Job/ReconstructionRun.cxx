@@ -103,12 +103,8 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
     prepared_ = prepareInput(input_, stop, heldOut_,
                              [this](std::span<Stack> stacks) { return correction_->apply(stacks); });
     correction_->report(result_);
-    for (std::size_t s = 0; heldOut_ && s < prepared_.scored.size(); ++s) {
-      const auto& padded = correction_->padded(s);
-      prepared_.scored[s].resize(prepared_.scored[s].empty() ? padded.size() : prepared_.scored[s].size(), 1);
-      for (std::size_t v = 0; v < padded.size(); ++v)
-        if (padded[v]) prepared_.scored[s][v] = 0;
-    }
+    for (std::size_t s = 0; heldOut_ && s < prepared_.scored.size(); ++s)
+      correction_->leaveOutNotAcquired(s, prepared_.scored[s]);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Cancelled) throw;
     result_.cancelled = true;

@@ -1,11 +1,14 @@
 #include "Core/Job/ScanCorrection.h"
 
+#include "Core/Acquisition/BlankSlices.h"
+#include "Core/Acquisition/InterleaveGain.h"
 #include "Core/Acquisition/Padding.h"
 #include "Core/Alignment/EdgeBlending.h"
 #include "Core/Alignment/PairedSums.h"
 #include "Core/Job/JobInput.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -23,8 +26,7 @@ ScanCorrection::ScanCorrection(const ReconstructionInput& input, const Settings&
     : input_(input), settings_(settings), keepsVoxels_(keepsVoxels), progress_(progress), pool_(pool) {}
 
 std::vector<std::string> ScanCorrection::apply(std::span<Stack> stacks) {
-  std::vector<std::string> said;
-  padded_.assign(stacks.size(), {});
+  std::vector<std::string> said = correctSlices(stacks);
   if (settings_.n4)
     for (Stack& stack : stacks) {
       said.push_back(input_.n4(stack, !input_.masks.empty(), pool_.stopToken()));
@@ -43,6 +45,26 @@ std::vector<std::string> ScanCorrection::apply(std::span<Stack> stacks) {
   if (settings_.blendEdges) blendWhatDiffers(stacks);
   const std::vector<std::string> more = sentences(stacks, left);
   said.insert(said.end(), more.begin(), more.end());
+  return said;
+}
+
+/// What concerns the slices of each scan alone.
+std::vector<std::string> ScanCorrection::correctSlices(std::span<Stack> stacks) {
+  std::vector<std::string> said;
+  padded_.assign(stacks.size(), {});
+  blank_.assign(stacks.size(), {});
+  interleaveGain_.assign(stacks.size(), 1);
+  if (settings_.preset == Preset::Paper) return said;
+  for (std::size_t s = 0; s < stacks.size(); ++s) {
+    if (settings_.ignorePadding) blank_[s] = blankSlices(stacks[s]);
+    leaveOutNotAcquired(s, stacks[s].observed);
+    if (settings_.evenInterleaves) interleaveGain_[s] = interleaveGain(stacks[s], pool_);
+    evenOutInterleaves(interleaveGain_[s], stacks[s]);
+    const std::string name = nameOf(stacks[s], s);
+    for (const std::string& sentence :
+         std::array{blankSlicesSentence(blank_[s], name), interleaveGainSentence(interleaveGain_[s], name)})
+      if (!sentence.empty()) said.push_back(sentence);
+  }
   return said;
 }
 
@@ -92,10 +114,7 @@ void ScanCorrection::findPlaces(std::span<Stack> stacks) {
   const auto leavePaddingOut = [&] {
     for (std::size_t s = 0; s < stacks.size(); ++s) {
       stacks[s].observed = observed[s];
-      if (padded_[s].empty()) continue;
-      stacks[s].observed.resize(padded_[s].size(), 1);
-      for (std::size_t v = 0; v < padded_[s].size(); ++v)
-        if (padded_[s][v]) stacks[s].observed[v] = 0;
+      leaveOutNotAcquired(s, stacks[s].observed);
     }
   };
   findPadding(stacks);
@@ -113,6 +132,17 @@ void ScanCorrection::findPlaces(std::span<Stack> stacks) {
       alignment_ = alignStacks(stacks, pool_);
       break;
     }
+}
+
+void ScanCorrection::leaveOutNotAcquired(std::size_t scan, std::vector<std::uint8_t>& observed) const {
+  const std::vector<std::uint8_t>& padded = padded_[scan];
+  const Volume& image = input_.stacks[scan].image;
+  if (observed.empty() && !(padded.empty() && blank_[scan].empty())) observed.assign(image.voxels.size(), 1);
+  for (std::size_t v = 0; v < padded.size(); ++v)
+    if (padded[v]) observed[v] = 0;
+  const std::int64_t plane = image.geometry.size[0] * image.geometry.size[1];
+  for (const std::int64_t k : blank_[scan])
+    std::fill_n(observed.begin() + k * plane, plane, std::uint8_t{0});
 }
 
 /// Finds padding where the scans lie as far as that is known.
@@ -194,7 +224,10 @@ Stack ScanCorrection::placed(std::size_t scan, std::span<const std::int64_t> hel
                              const std::function<Volume(const GridGeometry&)>& render, bool scales) const {
   std::vector<Stack> whole{input_.stacks[scan]};
   Stack& stack = whole.front();
-  if (!voxels_.empty()) stack.image.voxels = voxels_[scan];
+  if (!voxels_.empty())
+    stack.image.voxels = voxels_[scan];
+  else
+    evenOutInterleaves(interleaveGain_[scan], stack);
   if (!alignment_.empty()) applyAlignment(std::span(&alignment_[scan], 1), whole);
   evenOut(scan, stack);
   if (!motion_.moved) return std::move(stack);

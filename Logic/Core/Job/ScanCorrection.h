@@ -4,7 +4,8 @@
 
 namespace innergs {
 
-/// Makes several scans of one body agree before the fit: leaves out their padding, corrects their shading,
+/// Leaves out blank slices of scans and evens out interleaved ones, and makes several scans of one body agree
+/// before the fit: leaves out their padding, corrects their shading,
 /// aligns whole scans and moves their slices, as far as the settings ask for it; measures how well they agree
 /// in any case.
 class ScanCorrection {
@@ -25,8 +26,9 @@ public:
   /// After apply(): whether the alignment found scans of different bodies.
   bool differentBodies() const;
 
-  /// After apply(): a scan's padding, see paddedVoxels().
-  const std::vector<std::uint8_t>& padded(std::size_t scan) const { return padded_[scan]; }
+  /// What was not acquired of a scan becomes unobserved: its padding (paddedVoxels()) and its blankSlices(),
+  /// as far as they were found.
+  void leaveOutNotAcquired(std::size_t scan, std::vector<std::uint8_t>& observed) const;
 
   /// After apply(): one whole scan of the input, corrected. Slices `heldOut` (K) from apply() get the pose
   /// at which they fit a volume that was made without them. render: that volume on a grid of cubes.
@@ -35,6 +37,7 @@ public:
                const std::function<Volume(const GridGeometry&)>& render, bool scales) const;
 
 private:
+  std::vector<std::string> correctSlices(std::span<Stack> stacks);
   BiasCorrection alignScans(std::span<Stack> stacks);
   void findPlaces(std::span<Stack> stacks);
   void findPadding(std::span<const Stack> stacks);
@@ -51,6 +54,8 @@ private:
   ThreadPool& pool_;
   std::vector<std::vector<float>> voxels_;        // of the scans after N4, if kept
   std::vector<std::vector<std::uint8_t>> padded_; // of each scan
+  std::vector<std::vector<std::int64_t>> blank_;  // of each scan
+  std::vector<double> interleaveGain_;            // of each scan
   std::vector<StackAlignment> alignment_;
   BiasCorrection bias_;
   std::vector<StackAgreement> agreement_;

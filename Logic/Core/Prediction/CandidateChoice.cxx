@@ -25,7 +25,7 @@ constexpr double kFine = 1.5;                                          // minimu
 constexpr double kLevel = 0.1;                                         // weight of the errors' size
 constexpr int kSteps = 20;                                             // divisions of a share
 constexpr int kBackProjections = 12;
-constexpr float kNegligible = 1e-6F; // weight of a slice
+constexpr float kNegligibleWeight = 1e-6F; // weight of a slice
 
 /// Samples along an axis: value[n·width + line].
 struct Lines {
@@ -368,9 +368,9 @@ SliceWeights projected(const SliceWeights& weights, const Degraded& d, std::span
   for (std::int64_t z = 0; z < d.truth.length; ++z) {
     const float* row = x.data() + z * n;
     std::int64_t first = 0, end = n;
-    while (first + 1 < end && std::abs(row[first]) < kNegligible)
+    while (first + 1 < end && std::abs(row[first]) < kNegligibleWeight)
       ++first;
-    while (end - 1 > first && std::abs(row[end - 1]) < kNegligible)
+    while (end - 1 > first && std::abs(row[end - 1]) < kNegligibleWeight)
       --end;
     result.first.push_back(first);
     result.weight.emplace_back(row + first, row + end);

@@ -93,7 +93,8 @@ struct Settings {
   bool align = true;                                   // several scans: see Alignment/StackAlignment.h
   SliceMotionKind sliceMotion = SliceMotionKind::Auto; // several scans: see Alignment/SliceMotion.h
   bool acquiredPixels = true;                          // see Job/ScansAsAcquired.h
-  bool ignorePadding = true;                           // several scans: see Acquisition/Padding.h
+  bool ignorePadding = true;                           // see Acquisition/Padding.h and BlankSlices.h
+  bool evenInterleaves = true;                         // see Acquisition/InterleaveGain.h
   bool blendEdges = true;                              // several scans: see Alignment/EdgeBlending.h
   std::optional<double> pixelWidth;                    // several scans: mm, see Stack
   int packets = 0;                                     // of slices that move together; 0: none do

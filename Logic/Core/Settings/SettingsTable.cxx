@@ -127,8 +127,13 @@ const std::vector<Setting>& settingsTable() {
           tr("Where a scan is noisy and its pixels look interpolated in plane (zero filling), fit the larger "
              "ones that were acquired: a better result in less time.")),
       Setting("ignorePadding", MEMBER(ignorePadding), Fit, tr("Ignore padding"),
-              tr("Several scans: leave out what a scan was filled up with, as by resampling it to another "
-                 "grid: one value up to its border, where other scans show the body.")),
+              tr("Leave out blank slices between slices that show the body and, of several scans, what one "
+                 "was filled up with, as by resampling it to another grid: one value up to its border, where "
+                 "other scans show the body.")),
+      Setting(
+          "evenInterleaves", MEMBER(evenInterleaves), Fit, tr("Even out interleaves"),
+          tr("Where every second slice is clearly brighter than those beside it, as from cross-talk between "
+             "slices acquired in two passes, make odd and even slices equally bright.")),
       Setting(
           "blendEdges", MEMBER(blendEdges), Fit, tr("Blend edges"),
           tr("Several scans that still differ once aligned: blend each into the others towards its edges, "
