@@ -5,6 +5,7 @@
 #include "Core/Render/Render.h"
 #include "TestVolumes.h"
 
+#include <algorithm>
 #include <cstring>
 #include <gtest/gtest.h>
 
@@ -54,6 +55,12 @@ inline Settings quickSettings(int iterations = 10) {
 
 inline ReconstructionResult reconstruct(const ReconstructionInput& input, const Settings& settings) {
   return ReconstructionJob(input, settings).run();
+}
+
+/// How many of a result's warnings contain a text.
+inline std::ptrdiff_t warningsWith(const ReconstructionResult& result, const std::string& text) {
+  return std::count_if(result.warnings.begin(), result.warnings.end(),
+                       [&](const std::string& sentence) { return sentence.find(text) != std::string::npos; });
 }
 
 /// dB of a fit with these slices of the first stack held out by hand, on them and inside the mask.

@@ -80,9 +80,7 @@ TEST(BlankSlices, CostAFitNoMoreThanMissingOnesDo) {
       return testing::reconstruct(input, settings);
     };
     const auto said = [](const ReconstructionResult& result) {
-      return std::count_if(result.warnings.begin(), result.warnings.end(), [](const std::string& sentence) {
-        return sentence.starts_with("Slice 12 of scan is blank");
-      });
+      return testing::warningsWith(result, "Slice 12 of scan is blank");
     };
     const ReconstructionResult missing = fit(std::numeric_limits<float>::quiet_NaN(), true),
                                left = fit(0, true), used = fit(0, false);

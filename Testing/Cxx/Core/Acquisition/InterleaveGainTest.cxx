@@ -92,9 +92,7 @@ TEST(InterleaveGain, IsSaidAndCostsAFitNothing) {
       return testing::reconstruct(input, settings);
     };
     const auto said = [](const ReconstructionResult& result) {
-      return std::count_if(result.warnings.begin(), result.warnings.end(), [](const std::string& sentence) {
-        return sentence.starts_with("Every second slice of scan");
-      });
+      return testing::warningsWith(result, "Every second slice of scan");
     };
     const ReconstructionResult clean = fit(1, true), even = fit(1.1, true), uneven = fit(1.1, false);
     EXPECT_NEAR(testing::psnr(even.volume, head), testing::psnr(clean.volume, head), 0.3) << scans;

@@ -151,9 +151,7 @@ TEST(Padding, CostsAFitNoMoreThanMissingVoxelsDo) {
     return reconstruct(input, settings);
   };
   const auto said = [](const ReconstructionResult& result) {
-    return std::count_if(result.warnings.begin(), result.warnings.end(), [](const std::string& sentence) {
-      return sentence.find("scan1 look like padding") != std::string::npos;
-    });
+    return testing::warningsWith(result, "scan1 look like padding");
   };
   const ReconstructionResult missing = fit(std::numeric_limits<float>::quiet_NaN(), true, 0),
                              ignored = fit(0, true, 0), used = fit(0, false, 0), moved = fit(0, true, 3);

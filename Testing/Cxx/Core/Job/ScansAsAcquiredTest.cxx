@@ -47,9 +47,7 @@ TEST(ScansAsAcquired, AreBetterThanInterpolatedOnes) {
   const ReconstructionResult stored = reconstruct(input, settings);
   EXPECT_GT(psnr(acquired.volume, head), psnr(stored.volume, head) + 1);
   const auto said = [](const ReconstructionResult& result) {
-    return std::count_if(result.warnings.begin(), result.warnings.end(), [](const std::string& sentence) {
-      return sentence.find("interpolated") != std::string::npos;
-    });
+    return testing::warningsWith(result, "interpolated");
   };
   EXPECT_EQ(said(acquired), 3);
   EXPECT_EQ(said(stored), 0);
