@@ -9,7 +9,8 @@ namespace innergs {
 /// Robust standard deviation of white noise, in the image's units: median absolute second differences
 /// in-plane, of neighbours and of pixels two apart, inside `mask` if it is given and large enough. The part
 /// that grows with that distance as in images with a 1/f² spectrum (natural ones: Field 1987) is texture, not
-/// noise. 0 for labelmaps: two values, or mostly constant regions.
+/// noise. 0 for labelmaps: two values, or mostly constant regions. Of more than a million voxels, some rows
+/// and slices are left out.
 double estimateNoise(const Volume& volume, std::span<const std::uint8_t> mask = {});
 
 /// The same from neighbours alone: noise and fine texture together. Positive for every image but label
