@@ -1,6 +1,7 @@
 #include "Text/PhraseReport.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/Median.h"
 #include "Text/SegmentSearch.h"
 
 #include <nlohmann/json.hpp>
@@ -36,10 +37,7 @@ std::string otherSide(std::string name) {
 }
 
 double medianOf(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return values.empty() ? 0 : median(std::move(values));
 }
 
 } // namespace

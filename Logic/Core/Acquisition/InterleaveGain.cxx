@@ -1,10 +1,12 @@
 #include "Core/Acquisition/InterleaveGain.h"
 
+#include "Core/Base/Median.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Image/Otsu.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace innergs {
 namespace {
@@ -14,12 +16,6 @@ constexpr std::size_t kFewestSlices = 6;
 constexpr double kLeastPixels = 0.2;        // of those of the slice with most: the caps of a body differ more
 constexpr std::int64_t kEnough = 1'000'000; // voxels: some are left out of more
 constexpr double kToDeviation = 1.4826, kErrorOfMedian = 1.2533; // for normal distributions
-
-double medianOf(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// The median logarithm of a slice's ratio to the mean of its neighbours, or to the only observed one, where
 /// all of them are above the threshold.
@@ -45,7 +41,8 @@ SliceRatio sliceRatio(const Stack& scan, std::int64_t slice, double threshold, s
     }
     if (count > 0 && body == count) ratios.push_back(voxels[v] * count / sum);
   }
-  return {ratios.empty() ? 0 : std::log(medianOf(ratios)), ratios.size()};
+  const std::size_t pixels = ratios.size();
+  return {pixels > 0 ? std::log(median(std::move(ratios))) : 0, pixels};
 }
 
 } // namespace
@@ -70,12 +67,12 @@ double interleaveGain(const Stack& scan, ThreadPool& pool) {
         static_cast<double>(ratios[k].pixels) >= kLeastPixels * static_cast<double>(most))
       steps.push_back(k % 2 != 0 ? ratios[k].logarithm : -ratios[k].logarithm);
   if (steps.size() < kFewestSlices) return 1;
-  const double gain = medianOf(steps);
+  const double gain = median(steps);
   std::vector<double> deviations;
   for (const double s : steps)
     deviations.push_back(std::abs(s - gain));
-  const double error =
-      kErrorOfMedian * kToDeviation * medianOf(deviations) / std::sqrt(static_cast<double>(steps.size()));
+  const double error = kErrorOfMedian * kToDeviation * median(std::move(deviations)) /
+                       std::sqrt(static_cast<double>(steps.size()));
   const auto alike = std::count_if(steps.begin(), steps.end(), [gain](double s) { return s * gain > 0; });
   if (std::abs(gain) < std::max(std::log1p(kLeastGain), kStandardErrors * error) ||
       static_cast<double>(alike) < kAgreeing * static_cast<double>(steps.size()))

@@ -4,6 +4,7 @@
 #include "Core/Image/AlignedSampler.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -43,9 +44,8 @@ Taps tapsOf(std::span<const double> planes, const std::vector<double>& planeWeig
     if (!isOn(planes[p], count)) continue;
     const double at = std::clamp(planes[p], 0.0, static_cast<double>(count - 1));
     const auto low = static_cast<std::int64_t>(at + kIndexRounding);
-    const double above = at - static_cast<double>(low), f = above < kIndexRounding ? 0 : above, g = 1 - f;
-    const double weights[] = {keys * f * g * g, ((keys + 2) * f - (keys + 3)) * f * f + 1,
-                              ((keys + 2) * g - (keys + 3)) * g * g + 1, keys * g * f * f};
+    const double above = at - static_cast<double>(low), f = above < kIndexRounding ? 0 : above;
+    const std::array<double, 4> weights = keysWeights<double>(f, keys);
     for (std::int64_t t = 0; t < 4; ++t) {
       if (weights[t] == 0) continue;
       const std::int64_t voxel = std::clamp<std::int64_t>(low - 1 + t, 0, count - 1);

@@ -4,6 +4,7 @@
 #include "Core/Alignment/PairedSums.h"
 #include "Core/Alignment/SamplePlaces.h"
 #include "Core/Base/Cholesky.h"
+#include "Core/Base/Median.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Image/Bounds.h"
 
@@ -145,12 +146,6 @@ double othersAt(const double* logs, std::size_t count, std::size_t own) {
       ++seen;
     }
   return seen > 0 ? sum / seen : kNaN;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// The first `count` coefficients of each field, by iteratively reweighted least squares, scan after scan.

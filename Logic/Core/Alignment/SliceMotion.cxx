@@ -4,6 +4,7 @@
 #include "Core/Alignment/Rigid.h"
 #include "Core/Alignment/SamplePlaces.h"
 #include "Core/Alignment/SliceVolume.h"
+#include "Core/Base/Median.h"
 #include "Core/Base/NumberText.h"
 
 #include <algorithm>
@@ -106,10 +107,7 @@ std::vector<float> shownPart(const std::vector<float>& volume, const SliceOperat
 /// The median of the finite values.
 double medianOf(std::vector<double> values) {
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
-  if (values.empty()) return kNaN;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median(std::move(values));
 }
 
 struct Fit {

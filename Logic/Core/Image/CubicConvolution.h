@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Image/Volume.h"
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,14 @@ namespace innergs {
 /// Keys's parameter: −1/2, his optimum, is exact on parabolas; below it, edges are steeper.
 constexpr float kKeys = -0.5F;
 constexpr double kIndexRounding = 1e-6; // of the maps between grids, in voxels: nearer to a voxel is on it
+
+/// Keys's weights of the voxels −1, 0, 1 and 2 at a fraction of the way from voxel 0 to 1. Their sum is 1.
+template <class Real>
+std::array<Real, 4> keysWeights(Real f, Real a) {
+  const Real g = 1 - f;
+  return {a * f * g * g, ((a + 2) * f - (a + 3)) * f * f + 1, ((a + 2) * g - (a + 3)) * g * g + 1,
+          a * g * f * f};
+}
 
 /// Cubic convolution (Keys, IEEE Trans. ASSP 29, 1981, eq. 4) at a continuous index. Edge voxels repeat, up
 /// to their own outer edges; beyond those it is 0.

@@ -9,11 +9,9 @@ namespace {
 float convolved(const float* first, std::int64_t line, std::int64_t plane, const float* fraction, float a) {
   float weights[4][4]; // of the voxels −1, 0, 1 and 2 along each axis; those of one axis sum to 1
   for (int axis = 0; axis < 4; ++axis) {
-    const float f = fraction[axis], g = 1 - f;
-    weights[0][axis] = a * f * g * g;
-    weights[1][axis] = ((a + 2) * f - (a + 3)) * f * f + 1;
-    weights[2][axis] = ((a + 2) * g - (a + 3)) * g * g + 1;
-    weights[3][axis] = a * g * f * f;
+    const auto along = keysWeights(fraction[axis], a);
+    for (int i = 0; i < 4; ++i)
+      weights[i][axis] = along[i];
   }
   float columns[4] = {0, 0, 0, 0};
   for (int k = 0; k < 4; ++k) {

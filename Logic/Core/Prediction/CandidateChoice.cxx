@@ -199,28 +199,26 @@ Guesses guessesBy(const Weights& weights, const Lines& low) {
   return guess;
 }
 
-/// The candidates' errors on the odd (phase 0) or the even slices (phase 1), held out from the others.
-Errors heldOutErrors(const Lines& slices, const SliceView& view, double blur, std::int64_t phase) {
+/// The candidates' errors on slices held out from their neighbours, alternating between even and odd ones.
+Errors heldOutErrors(const Lines& slices, const SliceView& view, double blur) {
   // Here the kriging must predict the slices themselves, not the signal that they see.
   const double profileVariance = view.profile == SliceProfile::Point ? 0
                                  : view.profile == SliceProfile::Box
                                      ? view.thickness * view.thickness / 12
                                      : view.thickness * view.thickness / (8 * std::numbers::ln2);
   const double seenBlur = std::sqrt(blur * blur + profileVariance);
-  const Lines kept = decimated(slices, 2, phase);
-  if (kept.length < 3) return {};
-  std::vector<double> at;
-  for (std::int64_t n = 0; n < slices.length; ++n)
-    at.push_back(0.5 * static_cast<double>(n - phase));
-  const Guesses guess = guessesBy(weightsFrom(kept.length, at, {}, 0.5 * seenBlur), kept);
-  return errorsOf(slices, guess, [&](std::int64_t n) {
-    return (n - phase) % 2 != 0 && n > phase && n < phase + 2 * (kept.length - 1);
-  });
-}
-
-Errors heldOutErrors(const Lines& slices, const SliceView& view, double blur) {
-  Errors errors = heldOutErrors(slices, view, blur, 0);
-  errors.add(heldOutErrors(slices, view, blur, 1));
+  Errors errors;
+  for (std::int64_t phase = 0; phase < 2; ++phase) {
+    const Lines kept = decimated(slices, 2, phase);
+    if (kept.length < 3) continue;
+    std::vector<double> at;
+    for (std::int64_t n = 0; n < slices.length; ++n)
+      at.push_back(0.5 * static_cast<double>(n - phase));
+    const Guesses guess = guessesBy(weightsFrom(kept.length, at, {}, 0.5 * seenBlur), kept);
+    errors.add(errorsOf(slices, guess, [&](std::int64_t n) {
+      return (n - phase) % 2 != 0 && n > phase && n < phase + 2 * (kept.length - 1);
+    }));
+  }
   return errors;
 }
 
@@ -565,21 +563,15 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
   pool.run(static_cast<std::int64_t>(simulations.size()),
            [&](std::int64_t n) { simulations[n] = simulationOf(within, stack, kBlurs[n] * g.spacing[2]); });
   std::vector<LineWeights> weights = weightsOfAxes(simulations.front(), 0);
-  std::array<Errors, 2> phases;
-  pool.run(static_cast<std::int64_t>(simulations.size()) + 3, [&](std::int64_t n) {
-    if (n < 2)
-      phases[n] = heldOutErrors(across, view, 0, n);
-    else if (n == 2)
+  Errors heldOut;
+  pool.run(static_cast<std::int64_t>(simulations.size()) + 1, [&](std::int64_t n) {
+    if (n == 0) {
+      heldOut = heldOutErrors(across, view, 0);
       slope = slopeShare(across);
-    else
-      simulate(simulations[n - 3], 0, weights);
+    } else {
+      simulate(simulations[n - 1], 0, weights);
+    }
   });
-  const auto bothPhases = [&] {
-    Errors sum = phases[0];
-    sum.add(phases[1]);
-    return sum;
-  };
-  Errors heldOut = bothPhases();
   const bool shown = heldOut.samples >= kFewest;
   std::erase_if(simulations, [](const Simulation& s) { return s.plain.samples < kFewest; });
   if (simulations.empty()) {
@@ -606,13 +598,12 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
   choice.krigingBlur = krigingBlur * g.spacing[2];
   if (krigingBlur > 0) {
     weights = weightsOfAxes(simulations.front(), krigingBlur);
-    pool.run(static_cast<std::int64_t>(simulations.size()) + 2, [&](std::int64_t n) {
-      if (n < 2)
-        phases[n] = heldOutErrors(across, view, krigingBlur, n);
+    pool.run(static_cast<std::int64_t>(simulations.size()) + 1, [&](std::int64_t n) {
+      if (n == 0)
+        heldOut = heldOutErrors(across, view, krigingBlur);
       else
-        simulate(simulations[n - 2], krigingBlur, weights);
+        simulate(simulations[n - 1], krigingBlur, weights);
     });
-    heldOut = bothPhases();
   }
   if (shown) choice.heldOutError = rootsOf(heldOut.mean());
   const Simulation& nearest = simulations.front();
