@@ -58,10 +58,8 @@ void countGather(const Projected& g, const GridView& grid, KernelWork& work) {
         const float dy = static_cast<float>(y - cell) - g.fraction[1];
         float centre, half;
         ellipsoidRow(g, dy, dz, centre, half);
-        const auto column = [&](float x) {
-          return std::clamp<std::int64_t>(g.cell[0] + indexLimit(x), 0, grid.nx);
-        };
-        const std::int64_t width = column(std::floor(centre + half) + 1) - column(std::ceil(centre - half));
+        const auto column = [&](int x) { return std::clamp<std::int64_t>(g.cell[0] + x, 0, grid.nx); };
+        const std::int64_t width = column(indexUpTo(centre + half) + 1) - column(indexFrom(centre - half));
         widest = std::max(widest, width);
         work.evaluations += static_cast<double>(std::max<std::int64_t>(0, width));
       }

@@ -21,8 +21,8 @@ void forEachCandidateRow(const Projected& g, const GridView& grid, const TileRan
     for (int y = y0; y < y1; ++y) {
       if constexpr (selection == Selection::Exact)
         ellipsoidRow(g, static_cast<float>(y - g.cell[1]) - g.fraction[1], dz, box.centre, box.half);
-      const int x0 = clamped(g.cell[0], indexLimit(std::ceil(box.centre - box.half)), 0, grid.nx);
-      const int x1 = clamped(g.cell[0], indexLimit(std::floor(box.centre + box.half)) + 1, 0, grid.nx);
+      const int x0 = clamped(g.cell[0], indexFrom(box.centre - box.half), 0, grid.nx);
+      const int x1 = clamped(g.cell[0], indexUpTo(box.centre + box.half) + 1, 0, grid.nx);
       if (x0 < x1) visit(k, y, x0, x1);
     }
   }

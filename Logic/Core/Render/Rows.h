@@ -41,9 +41,17 @@ INNERGS_HD inline float planeOffset(const Projected& g, double z) {
   return static_cast<float>(z - g.cell[2] - static_cast<double>(g.fraction[2]));
 }
 
-/// Clamped to what an int can hold, including the sum with a cell; NaN counts as far below.
-INNERGS_HD inline int indexLimit(float x) {
-  return static_cast<int>(math::least(1e9f, math::most(-1e9f, x)));
+/// The first index at or above x and the last one at or below, clamped to what an int can hold including the
+/// sum with a cell; NaN counts as far below. Without std::ceil() and std::floor(), which may be calls.
+INNERGS_HD inline int indexFrom(float x) {
+  x = math::least(1e9f, math::most(-1e9f, x));
+  const int whole = static_cast<int>(x);
+  return whole + (x > static_cast<float>(whole) ? 1 : 0);
+}
+INNERGS_HD inline int indexUpTo(float x) {
+  x = math::least(1e9f, math::most(-1e9f, x));
+  const int whole = static_cast<int>(x);
+  return whole - (x < static_cast<float>(whole) ? 1 : 0);
 }
 
 /// Half edge of Method2's square in a plane at distance dz: 3√λ_max·√p(t).
@@ -76,8 +84,8 @@ INNERGS_HD inline bool rowRange(const Projected& g, float dz, const PlaneBox& bo
     half = selection == Selection::Method1 ? g.half[1] : box.half;
   }
   if constexpr (selection != Selection::Method1) centre -= math::product(g.shiftYZ, dz);
-  first = indexLimit(std::ceil(centre - half));
-  last = indexLimit(std::floor(centre + half)) + 1;
+  first = indexFrom(centre - half);
+  last = indexUpTo(centre + half) + 1;
   return first < last;
 }
 INNERGS_HD inline bool rowRange(const Projected& g, float dz, int& first, int& last) {
@@ -86,8 +94,8 @@ INNERGS_HD inline bool rowRange(const Projected& g, float dz, int& first, int& l
 
 /// Columns that the selection can cover at all, relative to cell[0]: [first, last).
 INNERGS_HD inline void columnRange(const Projected& g, int& first, int& last) {
-  first = indexLimit(std::ceil(g.fraction[0] - g.half[0]));
-  last = indexLimit(std::floor(g.fraction[0] + g.half[0])) + 1;
+  first = indexFrom(g.fraction[0] - g.half[0]);
+  last = indexUpTo(g.fraction[0] + g.half[0]) + 1;
 }
 
 /// Columns of the cut-off ellipsoid's row at distances (dy, dz), relative to cell[0]: centre ± half.

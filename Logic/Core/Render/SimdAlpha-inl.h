@@ -24,43 +24,18 @@ HWY_INLINE void prefetch(const Projected* gaussians, const std::uint32_t* ids, s
   hwy::Prefetch(next + 64);
 }
 
-/// Sums each of eight vectors over its lanes and adds the sums to out[8].
-HWY_INLINE void addSums([[maybe_unused]] D d, const V (&v)[8], float* out) {
-#if HWY_TARGET == HWY_SCALAR
-  for (int i = 0; i < 8; ++i)
-    out[i] += hn::GetLane(v[i]);
-#else
-  const hn::Repartition<double, D> pairs;
-  const hn::FixedTag<float, 4> quad;
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  const auto two = [&](V a, V b) {
-    return hn::Add(hn::InterleaveLower(d, a, b), hn::InterleaveUpper(d, a, b));
-  };
-  for (int i = 0; i < 8; i += 4) { // for each block of four lanes: the block's sums of four vectors
-    const auto low = hn::BitCast(pairs, two(v[i], v[i + 1])),
-               high = hn::BitCast(pairs, two(v[i + 2], v[i + 3]));
-    HWY_ALIGN float blocks[16];
-    hn::Store(hn::Add(hn::BitCast(d, hn::InterleaveLower(pairs, low, high)),
-                      hn::BitCast(d, hn::InterleaveUpper(pairs, low, high))),
-              d, blocks);
-    auto sum = hn::LoadU(quad, out + i);
-    for (int block = 0; block < lanes; block += 4)
-      sum = hn::Add(sum, hn::Load(quad, blocks + block));
-    hn::StoreU(sum, quad, out + i);
-  }
-#endif
-}
-
 /// One Gaussian in the single plane of a tile: its rows and, for each window of columns, the exponent e0 +
 /// dy·(e1 + dy·q3) of row dy.
 template <Selection selection>
 struct PlanePart {
   HWY_INLINE PlanePart(D d, const Projected& gaussian, const GridView& grid, const TileRange& tile)
-      : g(gaussian), lanes(static_cast<int>(hn::Lanes(d))), dz(planeOffset(g, grid.z[tile.k0])),
-        box(planeBox<selection>(g, dz)) {
-    if (!tileRows<selection>(g, dz, box, tile.y0, tile.y1, y0, y1)) return;
+      : g(gaussian), lanes(static_cast<int>(hn::Lanes(d))) {
+    if (!rowsOf<selection>(g, grid, tile, tile.k0, rows)) {
+      rows.y0 = rows.y1 = 0;
+      return;
+    }
     windows = HWY_NAMESPACE::windows(g, grid, lanes);
-    dy0 = static_cast<float>(y0 - g.cell[1]) - g.fraction[1];
+    dy0 = static_cast<float>(rows.y0 - g.cell[1]) - g.fraction[1];
   }
 
   struct Window {
@@ -71,17 +46,15 @@ struct PlanePart {
   HWY_INLINE Window window(D d, int j) const {
     const int x0 = windows.first + j * lanes;
     const V dx = hn::Add(hn::Iota(d, 0.f), hn::Set(d, static_cast<float>(x0 - g.cell[0]) - g.fraction[0]));
-    const V linear = hn::MulAdd(dx, hn::Set(d, g.quadratic[0]), hn::Set(d, g.quadratic[2] * dz));
-    return {x0, dx, hn::MulAdd(dx, linear, hn::Set(d, g.log2Weight + g.quadratic[5] * dz * dz)),
-            hn::MulAdd(dx, hn::Set(d, g.quadratic[1]), hn::Set(d, g.quadratic[4] * dz)),
-            Columns<selection>(d, g, box, dx)};
+    const V linear = hn::MulAdd(dx, hn::Set(d, g.quadratic[0]), hn::Set(d, g.quadratic[2] * rows.dz));
+    return {x0, dx, hn::MulAdd(dx, linear, hn::Set(d, g.log2Weight + g.quadratic[5] * rows.dz * rows.dz)),
+            hn::MulAdd(dx, hn::Set(d, g.quadratic[1]), hn::Set(d, g.quadratic[4] * rows.dz)),
+            Columns<selection>(d, g, rows.box, dx)};
   }
 
   const Projected& g;
   int lanes;
-  float dz;
-  PlaneBox box;
-  int y0 = 0, y1 = 0;
+  PlaneRows rows;
   Windows windows{0, 0};
   float dy0 = 0;
 };
@@ -94,13 +67,13 @@ void composite(const Projected* gaussians, const std::uint32_t* ids, std::size_t
     prefetch(gaussians, ids, n, count);
     const Projected& g = gaussians[ids[n]];
     const PlanePart<selection> part(d, g, grid, tile);
-    if (part.y0 >= part.y1) continue;
+    if (part.rows.y0 >= part.rows.y1) continue;
     const V q3 = hn::Set(d, g.quadratic[3]), cut = hn::Set(d, g.cut), log2Cut = hn::Set(d, g.log2Cut);
     const V value = hn::Set(d, g.value);
     for (int j = 0; j < part.windows.count; ++j) {
       const auto [x0, dx, e0, e1, columns] = part.window(d, j);
-      std::size_t at = (static_cast<std::size_t>(tile.k0) * grid.ny + part.y0) * grid.stride + x0;
-      for (int y = 0; y < part.y1 - part.y0; ++y, at += grid.stride) {
+      std::size_t at = (static_cast<std::size_t>(tile.k0) * grid.ny + part.rows.y0) * grid.stride + x0;
+      for (int y = 0; y < part.rows.y1 - part.rows.y0; ++y, at += grid.stride) {
         const V dy = hn::Set(d, part.dy0 + static_cast<float>(y));
         const V e = hn::MulAdd(dy, hn::MulAdd(dy, q3, e1), e0);
         const V a = hn::IfThenElseZero(columns(hn::Ge(e, log2Cut)), hn::Sub(exp2(d, e), cut));
@@ -123,15 +96,15 @@ void compositeBackward(const Projected* gaussians, const std::uint32_t* ids, std
     prefetch(gaussians, ids, n, count);
     const Projected& g = gaussians[ids[n]];
     const PlanePart<selection> part(d, g, grid, tile);
-    if (part.y0 >= part.y1) continue;
+    if (part.rows.y0 >= part.rows.y1) continue;
     const V q3 = hn::Set(d, g.quadratic[3]), cut = hn::Set(d, g.cut), log2Cut = hn::Set(d, g.log2Cut);
     const V value = hn::Set(d, g.value);
     for (int j = 0; j < part.windows.count; ++j) {
       const auto [x0, dx, e0, e1, columns] = part.window(d, j);
       V m0 = zero, n0 = zero, s = zero, sy = zero, syy = zero;
-      std::size_t at = (static_cast<std::size_t>(tile.k0) * grid.ny + part.y0) * grid.stride + x0;
-      std::size_t local = static_cast<std::size_t>(part.y0 - tile.y0) * grid.stride + x0;
-      for (int y = 0; y < part.y1 - part.y0; ++y, at += grid.stride, local += grid.stride) {
+      std::size_t at = (static_cast<std::size_t>(tile.k0) * grid.ny + part.rows.y0) * grid.stride + x0;
+      std::size_t local = static_cast<std::size_t>(part.rows.y0 - tile.y0) * grid.stride + x0;
+      for (int y = 0; y < part.rows.y1 - part.rows.y0; ++y, at += grid.stride, local += grid.stride) {
         const V dy = hn::Set(d, part.dy0 + static_cast<float>(y));
         const V e = hn::MulAdd(dy, hn::MulAdd(dy, q3, e1), e0);
         const auto inside = columns(hn::Ge(e, log2Cut));

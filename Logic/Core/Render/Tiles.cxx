@@ -8,7 +8,7 @@ constexpr std::int64_t kGaussiansPerTask = 8192; // fixed, so the order never de
 void Tiles::divide(const GridView& grid, int planesPerTile) {
   planes_ = std::min(planesPerTile, grid.nz);
   tilesZ_ = (grid.nz + planes_ - 1) / planes_;
-  rows_ = tilesZ_ >= 12 ? std::max(1, grid.ny) : std::clamp(grid.ny * tilesZ_ / 24, 16, 64);
+  rows_ = tilesZ_ >= 12 ? std::max(1, grid.ny) : std::clamp(grid.ny * tilesZ_ / 24, 32, 64);
   tilesY_ = (grid.ny + rows_ - 1) / rows_;
 }
 

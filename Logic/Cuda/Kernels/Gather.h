@@ -22,8 +22,7 @@ struct GatherRows {
     Row sum;
     float centre, half;
     ellipsoidRow(g, dy, dz, centre, half);
-    const int x0 = column(g, indexLimit(std::ceil(centre - half))),
-              x1 = column(g, indexLimit(std::floor(centre + half)) + 1);
+    const int x0 = column(g, indexFrom(centre - half)), x1 = column(g, indexUpTo(centre + half) + 1);
     const float* q = g.quadratic;
     const float e0 = q[3] * dy * dy + q[4] * dy * dz + q[5] * dz * dz + g.log2Weight;
     const float e1 = q[1] * dy + q[2] * dz, value = g.value + g.slope[1] * dy + g.slope[2] * dz;
@@ -46,7 +45,7 @@ struct GatherRows {
   }
 
   INNERGS_HD int column(const Projected& g, int x) const {
-    return math::clamped(g.cell[0] + x, 0, grid.nx); // within ±1.1e9: indexLimit(), projectGaussian()
+    return math::clamped(g.cell[0] + x, 0, grid.nx); // within ±1.1e9: indexFrom(), projectGaussian()
   }
 
   INNERGS_HD static void addRow(const Row& r, float dy, float dz, Sums& m) {
