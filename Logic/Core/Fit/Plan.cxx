@@ -220,7 +220,9 @@ void fillChoices(Settings& s, const DataTraits& traits) {
 constexpr double kMiddleNoise = 0.014;      // of the intensity range, for a preset's iterations
 constexpr double kDisagreementShare = 0.25; // counted as noise; the rest is what single scans do not show
 constexpr double kFewer = 0.4, kMore = 2;   // of them, at least and at most
-constexpr double kLongerIfMerged = 1.25;    // moved slices: merging members averages the noise that they fit
+// Slices that moved: fewer Gaussians invent less between them, and are fitted for longer; the more so if
+// merging members averages the noise that they fit.
+constexpr double kLongerIfMoved = 1.5, kLongerIfMerged = 1.25;
 /// Several scans: where each iteration takes one subset of them, Gaussians may move faster and for longer.
 constexpr int kMostSubsets = 3;
 constexpr double kSubsetRates = 1.5, kSubsetFinalRate = 0.1;
@@ -281,16 +283,17 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     plan.start.scaleFactor = 0.9;
     plan.bounds.minLogScale = std::log(0.5 * traits.voxel);
     widest = kWidest;
-    budget = static_cast<std::int64_t>(voxels / std::array{50.0, 25.0, 25.0}[level]);
+    const bool moved = traits.disagreement > 0;
+    budget = static_cast<std::int64_t>(voxels / (moved ? 50.0 : std::array{50.0, 25.0, 25.0}[level]));
     // Weak noise is worth a closer fit, strong noise would be fitted, too, and so would what moved slices
     // disagree by.
     const double wrong = std::max({traits.noise, kDisagreementShare * traits.disagreement, 1e-9});
     const double longer = traits.posed && traits.disagreement <= 0
                               ? 1
                               : std::clamp(std::sqrt(kMiddleNoise / wrong), kFewer, kMore);
-    members = std::array{1, traits.disagreement > 0 ? 3 : 1, 3}[level];
-    const double merged = traits.disagreement > 0 && members > 1 ? kLongerIfMerged : 1;
-    iterations = static_cast<int>(std::lround(merged * longer * std::array{40, 60, 60}[level]));
+    members = std::array{1, moved ? 3 : 1, 3}[level];
+    const double further = moved ? kLongerIfMoved * (members > 1 ? kLongerIfMerged : 1) : 1;
+    iterations = static_cast<int>(std::lround(further * longer * std::array{40, 60, 60}[level]));
     plan.coarseIterations = settings.iterations.value_or(iterations) / 6;
     // Each scan shows most of the body by itself.
     if (!comparesLosses(settings) && *settings.densifyEvery == 0)
