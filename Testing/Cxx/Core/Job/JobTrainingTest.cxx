@@ -172,12 +172,12 @@ TEST(Iterations, OfSeveralScansAreMoreTheLessNoiseThereIs) {
   EXPECT_EQ(iterations(0), 60);
   EXPECT_EQ(iterations(0.2), 60);
   traits.disagreement = 0.01;
-  EXPECT_EQ(iterations(0), 150);
-  EXPECT_EQ(iterations(0.014), 75);
-  EXPECT_EQ(iterations(0.014, Preset::Fast), 40);
+  EXPECT_EQ(iterations(0), 225);
+  EXPECT_EQ(iterations(0.014), 113);
+  EXPECT_EQ(iterations(0.014, Preset::Fast), 60);
   traits.disagreement = 0.1;
   EXPECT_EQ(iterations(0), iterations(0.025));
-  EXPECT_LT(iterations(0), 60);
+  EXPECT_LT(iterations(0), 113);
 }
 
 TEST(Subsets, AreTheThickScansUnlessLossesAreCompared) {

@@ -67,7 +67,7 @@ TEST(Uncertainty, HoldsTheTruthOfEdgesWavesAndNoise) {
   };
   const Case cases[] = {{"edges", testing::headPhantom(kWidth), 5, 0.85, 0.98},
                         {"noisy edges", testing::headPhantom(kWidth), 40, 0.82, 0.95},
-                        {"waves", smooth(), 10, 0.85, 0.95}};
+                        {"waves", smooth(), 10, 0.85, 0.96}};
   for (const Case& c : cases) {
     const ReconstructionResult result = ReconstructionJob(scansOf(c.truth, c.noise), quick()).run();
     ASSERT_TRUE(result.uncertainty) << c.name;
