@@ -237,6 +237,18 @@ Observation coarsened(const Observation& fine) {
       o.grid.z.push_back(0.5 * (fine.grid.z[s * fz] + fine.grid.z[last]));
       o.subPlanes.push_back({s, 1.f});
     }
+  } else if (fine.slices == 1 && fine.perSlice > 2 && fine.points.size() == 1) {
+    for (int q = 0; q < fine.perSlice; q += 2) {
+      double z = 0, weight = 0;
+      for (int p = q; p < std::min(q + 2, fine.perSlice); ++p) {
+        const auto& [plane, share] = fine.subPlanes[static_cast<std::size_t>(p)];
+        z += share * fine.grid.z[static_cast<std::size_t>(plane)];
+        weight += share;
+      }
+      o.subPlanes.push_back({q / 2, static_cast<float>(weight)});
+      o.grid.z.push_back(z / weight);
+    }
+    o.perSlice = static_cast<int>(o.subPlanes.size());
   } else {
     o.grid.z = fine.grid.z;
     o.subPlanes = fine.subPlanes;

@@ -68,8 +68,8 @@ double effectiveThickness(const Stack& stack);
 std::vector<Observation> observe(const Stack& stack, const Affine3& modelToWorld, const IntensityMap& map,
                                  bool closedForm, bool smoothAlongNormal = false, double resolution = 0);
 
-/// The observation at half the in-plane resolution (and half across slices if they are as close as pixels),
-/// by averaging observed voxels, for coarse-to-fine fitting.
+/// The observation at half the in-plane resolution, by averaging observed voxels, for coarse-to-fine fitting;
+/// also half as many slices if they are as close as pixels; of a single slice, half as many sub-planes.
 Observation coarsened(const Observation& fine);
 
 } // namespace innergs

@@ -223,6 +223,9 @@ constexpr double kFewer = 0.4, kMore = 2;   // of them, at least and at most
 // Slices that moved: fewer Gaussians invent less between them, and are fitted for longer; the more so if
 // merging members averages the noise that they fit.
 constexpr double kLongerIfMoved = 1.5, kLongerIfMerged = 1.25;
+// They also start narrower and more evenly, and turn more slowly: between slices at irregular distances their
+// directions are known least.
+constexpr double kScaleIfMoved = 0.85, kEvenShareIfMoved = 0.3, kTurnIfMoved = 0.5;
 /// Several scans: where each iteration takes one subset of them, Gaussians may move faster and for longer.
 constexpr int kMostSubsets = 3;
 constexpr double kSubsetRates = 1.5, kSubsetFinalRate = 0.1;
@@ -294,7 +297,12 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     members = std::array{1, moved ? 3 : 1, 3}[level];
     const double further = moved ? kLongerIfMoved * (members > 1 ? kLongerIfMerged : 1) : 1;
     iterations = static_cast<int>(std::lround(further * longer * std::array{40, 60, 60}[level]));
-    plan.coarseIterations = settings.iterations.value_or(iterations) / 6;
+    plan.coarseIterations = settings.iterations.value_or(iterations) / (moved ? 3 : 6);
+    if (moved) {
+      plan.start.scaleFactor = kScaleIfMoved;
+      plan.start.evenShare = kEvenShareIfMoved;
+      plan.rates.quaternion *= kTurnIfMoved;
+    }
     // Each scan shows most of the body by itself.
     if (!comparesLosses(settings) && *settings.densifyEvery == 0)
       plan.subsets = std::min(traits.stacks, kMostSubsets);

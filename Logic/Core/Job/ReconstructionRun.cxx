@@ -164,6 +164,7 @@ void ReconstructionRun::choose() {
   pool_->throwIfStopped();
   traits_ = measureTraits(prepared_.stacks, map_);
   traits_.disagreement = correction_->disagreement();
+  if (posesFound_ && traits_.posed) traits_ = withMovedSlices(traits_);
   result_.noise = traits_.noise * map_.scale;
   if (predicts(settings_, traits_)) {
     PredictedScans predicted = predictScans(

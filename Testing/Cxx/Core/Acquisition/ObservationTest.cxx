@@ -137,17 +137,23 @@ TEST(Observation, OfPosedSlicesIsOnePerSlice) {
 }
 
 TEST(Observation, CoarsenedKeepsMeansAndPlaces) {
-  for (const bool thick : {false, true}) {
-    SCOPED_TRACE(thick);
-    Stack stack = stackOf(grid(7, 6, 6), thick ? SliceProfile::Box : SliceProfile::Point);
-    stack.thickness = thick ? 3 : 1;
+  struct Case {
+    double thickness;     // mm; slices lie 1 mm apart
+    int slices, perSlice; // of the coarse observation
+    bool posed = false;
+  };
+  for (const Case& c : {Case{1, 3, 1}, Case{3, 6, 3}, Case{3, 1, 2, true}, Case{4, 1, 2, true}}) {
+    SCOPED_TRACE(::testing::Message() << c.thickness << " mm" << (c.posed ? ", posed" : ""));
+    Stack stack = stackOf(grid(7, 6, 6), c.thickness > 1 ? SliceProfile::Box : SliceProfile::Point);
+    stack.thickness = c.thickness;
+    if (c.posed) stack.poses.resize(6);
     stack.observed.assign(stack.image.voxels.size(), 1);
     stack.observed[0] = 0;
     const Observation fine = observe(stack, {}, {}, false).at(0), coarse = coarsened(fine);
     EXPECT_EQ(coarse.grid.nx, 4);
     EXPECT_EQ(coarse.grid.ny, 3);
-    EXPECT_EQ(coarse.slices, thick ? 6 : 3);
-    EXPECT_EQ(coarse.perSlice, fine.perSlice);
+    EXPECT_EQ(coarse.slices, c.slices);
+    EXPECT_EQ(coarse.perSlice, c.perSlice);
     EXPECT_EQ(coarse.subPlanes.size(), static_cast<std::size_t>(coarse.slices * coarse.perSlice));
     EXPECT_EQ(coarse.samples, 4 * 3 * coarse.slices);
     // The image is linear in position, so a block's mean is the value at its centre.
