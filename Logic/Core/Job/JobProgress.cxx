@@ -5,6 +5,17 @@
 #include <algorithm>
 
 namespace innergs {
+namespace {
+
+constexpr double kLittle = 0.02; // of what then remained
+
+} // namespace
+
+double remainingSeconds(const JobTime& since, const JobTime& now) {
+  const double done = now.fraction - since.fraction, left = 1 - now.fraction;
+  if (done > kLittle * (1 - since.fraction)) return (now.elapsed - since.elapsed) * left / done;
+  return now.fraction > kLittle ? now.elapsed * left / now.fraction : 0;
+}
 
 double JobProgress::elapsed() const {
   return secondsSince(start_);
@@ -14,7 +25,7 @@ void JobProgress::report(Phase phase, double fraction) {
   state.phase = phase;
   state.fraction = std::max(state.fraction, fraction);
   state.elapsed = elapsed();
-  state.remaining = state.fraction > 0.02 ? state.elapsed * (1 - state.fraction) / state.fraction : 0;
+  state.remaining = remainingSeconds(since_, {state.fraction, state.elapsed});
   if (callback_) callback_(state);
 }
 

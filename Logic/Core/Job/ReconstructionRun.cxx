@@ -290,6 +290,7 @@ void ReconstructionRun::fit() {
   progress_.state.members = members;
   progress_.state.coarseIterations = plan_.coarseIterations;
   fitStarts_ = std::max(kFitStarts, progress_.state.fraction); // a search for motion may have ended early
+  progress_.changePace();
   int member = same ? resume->iteration / perMember : 0;
   GaussianField field, merged;
   bool complete = false; // only residual grid and volume remain to be computed

@@ -179,9 +179,10 @@ void ScanCorrection::moveSlices(std::span<Stack> stacks, std::span<const Stack> 
   // Slices of another body can only be moved to where they happen to look alike.
   if (differentBodies() && settings_.sliceMotion == SliceMotionKind::Auto) return;
   progress_.report(Phase::Aligning, 0);
-  motion_ = findSliceMotion(even.empty() ? std::span<const Stack>(stacks) : even,
-                            {settings_.sliceMotion == SliceMotionKind::On, settings_.packets}, pool_,
-                            [&](double done) { progress_.report(Phase::Aligning, kMotionEnds * done); });
+  motion_ = findSliceMotion(
+      even.empty() ? std::span<const Stack>(stacks) : even,
+      {settings_.sliceMotion == SliceMotionKind::On, settings_.packets}, pool_,
+      [&](double done) { progress_.report(Phase::Aligning, motionEnds(settings_.preset) * done); });
   applySliceMotion(motion_, stacks);
   for (std::size_t s = 0; motion_.moved && s < stacks.size(); ++s) {
     StackAgreement& mine = agreement_[s];
