@@ -13,8 +13,7 @@ constexpr double kLittle = 0.02; // of what then remained
 
 double remainingSeconds(const JobTime& since, const JobTime& now) {
   const double done = now.fraction - since.fraction, left = 1 - now.fraction;
-  if (done > kLittle * (1 - since.fraction)) return (now.elapsed - since.elapsed) * left / done;
-  return now.fraction > kLittle ? now.elapsed * left / now.fraction : 0;
+  return done > kLittle * (1 - since.fraction) ? (now.elapsed - since.elapsed) * left / done : 0;
 }
 
 double JobProgress::elapsed() const {

@@ -19,8 +19,7 @@ constexpr double kEachFitEnds = 0.6, kShareChosen = 0.75, kFitEnds = 0.92, kResi
 struct JobTime {
   double fraction = 0, elapsed = 0;
 };
-/// Seconds that remain at the pace since an earlier time or, while little is done since, at that since the
-/// start; 0: not known yet.
+/// Seconds that remain at the pace since an earlier time; 0 (unknown) while little is done since.
 double remainingSeconds(const JobTime& since, const JobTime& now);
 
 /// Reports the progress of one fit, from its input to its volume.
