@@ -313,7 +313,7 @@ void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
   const vtkSmartPointer<vtkSlicerInnerGSJob> job = job_;
   switch (event) {
   case vtkSlicerInnerGSLogic::JobStartedEvent: // no longer waiting
-    Q_EMIT progressed(Progress{Phase::Preparing});
+    Q_EMIT progressed(Progress());
     return;
   case vtkSlicerInnerGSLogic::JobProgressEvent: {
     Progress progress = job->GetProgressReport();
@@ -342,7 +342,7 @@ void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
   } else if (event == vtkSlicerInnerGSLogic::JobFailedEvent) {
     Q_EMIT failed(QString::fromStdString(job->GetErrorMessage()));
   } else if (const QString why = whyEnded(job); !why.isEmpty()) {
-    Q_EMIT failed(why);
+    Q_EMIT ended(why);
   } else {
     Q_EMIT cancelled();
   }

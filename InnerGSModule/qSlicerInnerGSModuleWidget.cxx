@@ -180,8 +180,8 @@ void qSlicerInnerGSModuleWidgetPrivate::askBeforeTheEnd() {
   auto* question = new EndingQuestion(host, window, q_ptr);
   question->guard(
       "FileCloseSceneAction", "on_FileCloseSceneAction_triggered()",
-      qSlicerInnerGSModuleWidget::tr("A reconstruction is running. Stop it and close the scene? Its state is "
-                                     "kept, so that you can continue it."));
+      qSlicerInnerGSModuleWidget::tr("A reconstruction is running. Stop it and close the scene? Once its "
+                                     "iterations have begun, its state is kept, so that you can continue it."));
   question->guard("FileLoadSceneAction", "on_FileLoadSceneAction_triggered()",
                   qSlicerInnerGSModuleWidget::tr(
                       "A reconstruction is running. Stop it and open another scene in place of this one?"));
@@ -197,6 +197,7 @@ void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
   }; // else the fit is lost
   QObject::connect(host, &Host::started, q, keepSet);
   QObject::connect(host, &Host::cancelled, q, keepSet);
+  QObject::connect(host, &Host::ended, q, keepSet);
   QObject::connect(host, &Host::failed, q, keepSet);
   QObject::connect(host, &Host::finished, q, keepSet);
   QObject::connect(host, &Host::finished, q, [this](const Report& report) { onFinished(report); });

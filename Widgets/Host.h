@@ -53,7 +53,7 @@ public:
 
   ///@{
   /// Reconstruction: one at a time from the panels' view. Every start() that returns true ends with exactly
-  /// one of finished, failed and cancelled.
+  /// one of finished, failed, cancelled and ended.
   virtual Estimate estimate(const Request& request) = 0; // quick (≤ 50 ms): called while the user chooses
   /// False, after failed(sentence), when it is refused.
   virtual bool start(const Request& request) = 0;
@@ -152,6 +152,8 @@ Q_SIGNALS:
   void finished(const innergs::ui::Report& report);
   void failed(const QString& sentence);
   void cancelled();
+  /// Nobody cancelled it, but what it works on was taken away. why: sentences.
+  void ended(const QString& why);
   /// Volumes came, went or were renamed.
   void volumesChanged();
   void modelsChanged();

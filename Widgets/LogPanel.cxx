@@ -49,6 +49,7 @@ LogPanel::LogPanel(Host* host, QWidget* parent) : QWidget(parent), edit_(new QPl
   });
   connect(host, &Host::failed, this, [this](const QString& text) { add(tr("Error: %1").arg(text)); });
   connect(host, &Host::cancelled, this, [this] { add(tr("Cancelled.")); });
+  connect(host, &Host::ended, this, &LogPanel::add);
   connect(host, &Host::finished, this, &LogPanel::addReport);
 }
 

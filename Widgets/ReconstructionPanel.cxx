@@ -125,6 +125,13 @@ void ReconstructionPanel::connectHost() {
     setState(State::Idle);
     reveal(message_, message_);
   });
+  connect(host_, &Host::ended, this, [this](const QString& why) {
+    progress_->hide();
+    recovery_->refresh();
+    message_->say(why);
+    setState(State::Idle);
+    reveal(message_, message_);
+  });
   connect(recovery_, &RecoveryLine::dropped, this, &ReconstructionPanel::edited);
   connect(recovery_, &RecoveryLine::chosen, this, [this](const RecoveredFit& fit) {
     Request request = this->request();

@@ -35,6 +35,7 @@ SlicesLine::SlicesLine(Host* host, QWidget* parent)
   connect(host, &Host::finished, this, &SlicesLine::refresh);
   connect(host, &Host::failed, this, &SlicesLine::refresh);
   connect(host, &Host::cancelled, this, &SlicesLine::refresh);
+  connect(host, &Host::ended, this, &SlicesLine::refresh);
   connect(host, &Host::modelsChanged, this, &SlicesLine::refresh);
   refresh();
 }

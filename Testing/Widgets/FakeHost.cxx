@@ -145,6 +145,12 @@ void FakeHost::sendCancelled() {
   Q_EMIT cancelled();
 }
 
+void FakeHost::sendEnded(const QString& why) {
+  if (!running_) return;
+  end();
+  Q_EMIT ended(why);
+}
+
 Report FakeHost::exampleReport() {
   Report report;
   report.volumeId = "thin";

@@ -49,6 +49,7 @@ public:
   void sendFinished(const innergs::ui::Report& report);
   void sendFailed(const QString& sentence);
   void sendCancelled();
+  void sendEnded(const QString& why);
   /// A report with everything in it.
   static innergs::ui::Report exampleReport();
   ///@}

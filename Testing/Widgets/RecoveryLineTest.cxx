@@ -30,11 +30,12 @@ private Q_SLOTS:
     QVERIFY(!isShown("recoveryLine"));
     start();
     const QString file = keep("T2", 37, 480);
-    host_->sendFailed("Closing the scene ended the reconstruction.");
+    host_->sendEnded("Closing the scene ended the reconstruction.");
     QVERIFY(isShown("recoveryLine"));
     QVERIFY(line("recovery").contains("T2") && line("recovery").contains("37 of 480"));
     QVERIFY(line("recovery").contains(QDir::toNativeSeparators(file)));
-    QVERIFY(!line("message").contains("Change something"));
+    QCOMPARE(line("message"), QString("Closing the scene ended the reconstruction."));
+    QCOMPARE(child<MessageLine>("message")->kind(), MessageLine::Kind::Information);
     // Another failure is only that.
     clickWhenEnabled();
     host_->sendFailed("Out of memory.");

@@ -524,7 +524,8 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     auto* box = new QMessageBox(
         QMessageBox::Question, QStringLiteral("InnerGS"),
         host_->isRunning()
-            ? tr("A reconstruction is running. Stop it and close? You can continue it at the next start.")
+            ? tr("A reconstruction is running. Stop it and close? Once its iterations have begun, you can "
+                 "continue it at the next start.")
             : tr("A dynamic scan is being reconstructed. Stop it and close? Once its frames are refined "
                  "together, you can continue it at the next start."),
         QMessageBox::NoButton, this);

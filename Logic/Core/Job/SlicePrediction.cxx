@@ -179,7 +179,7 @@ Stack SlicePrediction::withoutGaps(Stack filled, const std::array<std::span<cons
     Covariance<kGuesses> known = errors;
     for (int n = 1; n < kGuesses; ++n)
       if (by[n - 1].empty()) known[n][n] = none;
-    const std::array<double, kGuesses> share = convexShares<kGuesses>({&known, 1});
+    const std::array<double, kGuesses> share = convexShares<kGuesses>(known);
     for (const std::size_t v : missing_[parity]) {
       const std::size_t at = v - static_cast<std::size_t>(first * plane);
       double value = share[0] * filled.image.voxels[v];

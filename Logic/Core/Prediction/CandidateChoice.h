@@ -6,11 +6,11 @@ namespace innergs {
 /// The weights of the interpolations for one scan, derived from the scan itself: from its slices held out
 /// from each other, and from its in-plane images, blurred and degraded like its slices.
 struct CandidateChoice {
-  std::array<double, kCandidates> share{0, 1, 0, 0}; // convex
-  double krigingBlur = 0;                            // mm: σ that the kriging assumes
+  std::array<double, kCandidates> share{0.2, 0, 0.8, 0}; // convex
+  double krigingBlur = 0;                                // mm: σ that the kriging assumes
   bool backProject = true; // thick slices: enforcing the scan's own values improves the result
   bool judged = false;     // false: too little to judge by, the shares are a guess
-  double blur = 0;         // σ of the in-plane blur that fits the scan best, in in-plane samples
+  double blur = 0;         // σ of the least in-plane blur that fits the scan about best, in in-plane samples
   std::array<double, kCandidates> pairError{}; // RMS on the simulated pairs, image units; only if judged
   double error = 0;                            // likewise for the chosen mixture
   /// Error at the slice distance relative to that at twice the distance, of linear interpolation and of the
@@ -24,23 +24,5 @@ struct CandidateChoice {
 /// complete: see completeSlices(). Uses held-out and non-finite voxels only through it. Throws
 /// Error(Cancelled).
 CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> complete, ThreadPool& pool);
-
-/// Covariance of the errors of three or four guesses, [row][column].
-template <std::size_t N>
-using Covariance = std::array<std::array<double, N>, N>;
-
-/// Mean squared error of the guesses mixed with these shares.
-template <std::size_t N>
-double meanSquare(const Covariance<N>& errors, const std::array<double, N>& share) {
-  double sum = 0;
-  for (std::size_t a = 0; a < N; ++a)
-    for (std::size_t b = 0; b < N; ++b)
-      sum += share[a] * share[b] * errors[a][b];
-  return sum;
-}
-
-/// The shares (non-negative, summing to 1) with the smallest excess over the best possible in the worst case.
-template <std::size_t N>
-std::array<double, N> convexShares(std::span<const Covariance<N>> cases);
 
 } // namespace innergs

@@ -24,7 +24,7 @@ std::array<double, 3> predictionShares(Covariance<3> errors, const std::array<bo
         errors[n][m] = errors[m][n] = m == n ? 1e6 * errors[0][0] : 0;
   for (int n = 0; n < 3; ++n)
     errors[n][n] += hedge;
-  std::array<double, 3> share = convexShares<3>({&errors, 1});
+  std::array<double, 3> share = convexShares<3>(errors);
   for (int n = 1; n < 3; ++n)
     if (!exists[n] || share[n] < kLeastShare) {
       share[0] += share[n];

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Prediction/CandidateChoice.h"
+#include "Core/Prediction/ConvexShares.h"
 #include "Core/Prediction/SlicePredictor.h"
 
 namespace innergs {

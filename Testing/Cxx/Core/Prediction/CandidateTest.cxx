@@ -163,20 +163,6 @@ TEST(Candidates, AreNotChosenByPixelsCoarserThanTheSlices) {
     EXPECT_LT(lossToTheBest(rows(), gap), 0.25) << gap;
 }
 
-TEST(Candidates, ShareWhatErrsDifferently) {
-  Covariance<3> apart{};
-  apart[0][0] = apart[1][1] = 1;
-  apart[2][2] = 9;
-  const auto share = convexShares<3>({&apart, 1});
-  EXPECT_NEAR(share[0], 0.5, 0.06);
-  EXPECT_NEAR(share[1], 0.45, 0.06);
-  EXPECT_LT(share[2], 0.11);
-  Covariance<3> worse = apart;
-  worse[0][0] = 100;
-  const Covariance<3> both[] = {apart, worse};
-  EXPECT_LT(convexShares<3>(both)[0], share[0]) << "hedged";
-}
-
 TEST(CandidateGrid, HoldsThePlanesOfACoarserGrid) {
   const GridGeometry slices = grid(30, 30, 6, {1, 1, 10}, {3, 4, 5});
   const double spacings[][2] = {{1.5, 0.75}, {2.5, 2.5 / 3}, {5, 1}, {10, 1}};
