@@ -32,16 +32,9 @@ struct ScanTraits {
   bool shown() const { return heldOut.samples >= kFewestSamples; }
 };
 
-/// How far a simulation is from what the scan shows.
-double misfit(const SliceSimulation& s, const ScanTraits& scan) {
-  double sum = 0, simulated = 0, seen = 0;
-  for (int axis = 0; axis < 2; ++axis)
-    if (s.change[axis] > 0 && scan.change[axis] > 0) {
-      simulated += s.change[axis];
-      seen += scan.change[axis];
-    }
-  // More than that, structures differ along the slices and across them.
-  if (seen > 0) sum += std::min(kMostChange, std::abs(std::log(simulated / seen)));
+/// How far a simulation is from what the scan shows by its contrast.
+double contrastMisfit(const SliceSimulation& s, const ScanTraits& scan) {
+  double sum = 0;
   const Covariance<kCandidates> a = s.heldOut.mean(), b = scan.heldOut.mean();
   for (int c = 1; c < kClassical; ++c)
     if (a[0][0] > 0 && b[0][0] > 0 && a[c][c] > 0 && b[c][c] > 0)
@@ -52,17 +45,37 @@ double misfit(const SliceSimulation& s, const ScanTraits& scan) {
   return sum;
 }
 
-/// Weighs the simulations by how well they fit and keeps the best ones.
-void keepPlausible(std::vector<SliceSimulation>& simulations, const ScanTraits& scan) {
-  std::vector<double> misfits;
-  for (const SliceSimulation& s : simulations)
-    misfits.push_back(misfit(s, scan));
+/// Likewise, by how its detail changes between slices.
+double detailMisfit(const SliceSimulation& s, const ScanTraits& scan) {
+  double simulated = 0, seen = 0;
+  for (int axis = 0; axis < 2; ++axis)
+    if (s.change[axis] > 0 && scan.change[axis] > 0) {
+      simulated += s.change[axis];
+      seen += scan.change[axis];
+    }
+  // More than that, structures differ along the slices and across them.
+  return seen > 0 ? std::min(kMostChange, std::abs(std::log(simulated / seen))) : 0;
+}
+
+/// Weighs the simulations by how well they fit, keeps the best ones, and returns the blur (mm) for learning,
+/// which suffers more from too much of it than from too little: the least that fits about best, or best by
+/// contrast alone.
+double keepPlausible(std::vector<SliceSimulation>& simulations, const ScanTraits& scan) {
+  std::vector<double> contrast, misfits;
+  for (const SliceSimulation& s : simulations) {
+    contrast.push_back(contrastMisfit(s, scan));
+    misfits.push_back(contrast.back() + detailMisfit(s, scan));
+  }
   const double least = *std::min_element(misfits.begin(), misfits.end());
+  double sharpest = simulations[std::min_element(contrast.begin(), contrast.end()) - contrast.begin()].blur;
   for (std::size_t n = 0; n < simulations.size(); ++n)
     simulations[n].weight = std::exp((least - misfits[n]) / kTemperature);
   std::stable_sort(simulations.begin(), simulations.end(),
                    [](const SliceSimulation& a, const SliceSimulation& b) { return a.weight > b.weight; });
   simulations.resize(std::min<std::size_t>(simulations.size(), kPlausible));
+  for (const SliceSimulation& s : simulations)
+    if (s.weight >= kNearlyAsGood) sharpest = std::min(sharpest, s.blur);
+  return sharpest;
 }
 
 /// The covariance on held-out slices, converted by the simulation from twice the slice distance to the
@@ -199,8 +212,9 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
     }
     return choice;
   }
+  double sharpest = simulations.front().blur;
   if (shown || scan.change[0] + scan.change[1] > 0)
-    keepPlausible(simulations, scan);
+    sharpest = keepPlausible(simulations, scan);
   else
     simulations.resize(1);
   const double krigingBlur = bestKrigingBlur(simulations, pool);
@@ -217,9 +231,6 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
   if (shown) choice.heldOutError = rootsOf(scan.heldOut.mean());
   const SliceSimulation& nearest = simulations.front();
   choice.judged = true;
-  double sharpest = nearest.blur; // learning suffers more from too much blur than from too little
-  for (const SliceSimulation& s : simulations)
-    if (s.weight >= kNearlyAsGood) sharpest = std::min(sharpest, s.blur);
   choice.blur = sharpest / std::min(g.spacing[0], g.spacing[1]);
   choice.backProject = nearest.projected.samples > 0;
   std::vector<Case> cases;
