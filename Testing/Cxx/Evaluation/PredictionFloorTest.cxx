@@ -89,8 +89,8 @@ std::vector<Case> cases() {
   add("Sharp", balls, {2, 3, 4, 6});
   add("Smooth", [] { return waves(12); }, {2, 3, 4, 6});
   add("Head", [] { return phantom(kGrid); }, {2, 3, 4, 6});
-  // Further apart, such waves look smoother to slices held out at twice the distance than they are.
-  add("Fine", [] { return waves(7); }, {2});
+  // Every 3rd slice loses 0.5 dB: held out at twice the distance, such waves look smoother than they are.
+  add("Fine", [] { return waves(7); }, {2, 4});
   return all;
 }
 
