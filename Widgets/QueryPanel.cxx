@@ -257,7 +257,7 @@ void QueryPanel::showPose() {
   position_->setSingleStep(std::max(0.1, pixelSize_->value()));
   position_->setValue(position);
   const QString direction = directionLetters(pose_.normal());
-  position_->spinBox()->setPrefix(pose_.isStraight() ? tr("%1: ").arg(direction) : QString());
+  position_->spinBox()->setPrefix(pose_.isStraight() ? direction + QLatin1Char(' ') : QString());
   const PlaneTask task = taskFor(pixelSize_->value());
   size_->setText(tr("%1 × %2 pixels").arg(task.columns).arg(task.rows));
   view_->setNote(extent[4] > 1e-6 || extent[5] < -1e-6 ? tr("The plane lies beside the model.") : QString());

@@ -110,7 +110,7 @@ private Q_SLOTS:
     QTest::mouseClick(shown.find<QToolButton>("queryCoronal"), Qt::LeftButton);
     shown.find<QDoubleSpinBox>("queryPositionValue")->setValue(-12);
     shown.find<QDoubleSpinBox>("queryPixelSize")->setValue(2);
-    QVERIFY(shown.find<QDoubleSpinBox>("queryPositionValue")->text().startsWith("A: "));
+    QVERIFY(shown.find<QDoubleSpinBox>("queryPositionValue")->text().startsWith("A "));
     QTest::mouseClick(shown.find<QToolButton>("queryCopyCommand"), Qt::LeftButton);
     // Rows to the patient's left and down, through the middle of the model's box around (5, −10, 20).
     const QString command = QGuiApplication::clipboard()->text();
