@@ -37,8 +37,9 @@ void EndingQuestion::guard(const char* actionName, const char* slot, const QStri
 
 bool EndingQuestion::eventFilter(QObject* watched, QEvent* event) {
   if (watched != window_ || event->type() != QEvent::Close) return false;
-  if (mayEnd(tr("A reconstruction is running. Stop it and close? Once its iterations have begun, its state is "
-                "kept, so that you can continue it.")))
+  if (mayEnd(
+          tr("A reconstruction is running. Stop it and close? Once its iterations have begun, its state is "
+             "kept, so that you can continue it.")))
     return false;
   event->ignore();
   return true;

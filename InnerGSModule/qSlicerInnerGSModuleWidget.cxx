@@ -178,10 +178,10 @@ void qSlicerInnerGSModuleWidgetPrivate::askBeforeTheEnd() {
   QMainWindow* window = qSlicerApplication::application()->mainWindow();
   if (!window) return;
   auto* question = new EndingQuestion(host, window, q_ptr);
-  question->guard(
-      "FileCloseSceneAction", "on_FileCloseSceneAction_triggered()",
-      qSlicerInnerGSModuleWidget::tr("A reconstruction is running. Stop it and close the scene? Once its "
-                                     "iterations have begun, its state is kept, so that you can continue it."));
+  question->guard("FileCloseSceneAction", "on_FileCloseSceneAction_triggered()",
+                  qSlicerInnerGSModuleWidget::tr(
+                      "A reconstruction is running. Stop it and close the scene? Once its "
+                      "iterations have begun, its state is kept, so that you can continue it."));
   question->guard("FileLoadSceneAction", "on_FileLoadSceneAction_triggered()",
                   qSlicerInnerGSModuleWidget::tr(
                       "A reconstruction is running. Stop it and open another scene in place of this one?"));
