@@ -25,11 +25,11 @@ void visitShares(std::array<double, N>& share, std::size_t at, int left, const V
 
 template <std::size_t N>
 std::array<double, N> convexShares(const std::function<double(const std::array<double, N>&)>& cost) {
-  std::array<double, N> chosen{}, share{};
+  std::array<double, N> chosen{1}, share{};
   double least = std::numeric_limits<double>::infinity();
   visitShares(share, 0, kSteps, [&](const std::array<double, N>& tried) {
     const double c = cost(tried);
-    if (c >= least) return;
+    if (!(c < least)) return;
     least = c;
     chosen = tried;
   });

@@ -19,7 +19,8 @@ double meanSquare(const Covariance<N>& errors, const std::array<double, N>& shar
   return sum;
 }
 
-/// The shares (non-negative, summing to 1, multiples of 1/20) of least cost.
+/// The shares (non-negative, summing to 1, multiples of 1/20) of least cost; the first guess alone if
+/// every cost is NaN.
 template <std::size_t N>
 std::array<double, N> convexShares(const std::function<double(const std::array<double, N>&)>& cost);
 /// Those of least mean squared error.

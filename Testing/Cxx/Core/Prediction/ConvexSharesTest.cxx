@@ -40,5 +40,10 @@ TEST(ConvexShares, HaveTheLeastCost) {
   EXPECT_NEAR(sum, 1, 1e-12);
 }
 
+TEST(ConvexShares, AreOfTheFirstAloneWhereNoCostIsKnown) {
+  const auto share = convexShares<3>([](const std::array<double, 3>&) { return std::nan(""); });
+  EXPECT_EQ(share, (std::array<double, 3>{1, 0, 0}));
+}
+
 } // namespace
 } // namespace innergs::testing
